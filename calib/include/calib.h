@@ -1,0 +1,139 @@
+/* calib.h -- the face of calib/: radiance maps become cameras, poses, the sample, the lamps.
+ *
+ * A camera's frame is OpenCV's: x right, y down, z forward; p_view = R p_world + t, and R is kept
+ * as a rotation vector (Rodrigues). The lens is Brown-Conrady: k1 k2 p1 p2 k3. Pixels are [x, y];
+ * the centre of the first pixel is (0, 0). sigma_ members are one standard deviation.
+ */
+#ifndef GONIOCAM_CALIB_H
+#define GONIOCAM_CALIB_H
+
+#include "capture.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** A pinhole with a lens, from the photographs of one camera_kind. vignetting: V = 1 + v0 q +
+ *  v1 q^2 with q = |pixel - center|^2 / (half the diagonal)^2, what is left after the flat frame
+ *  (0 with one): a map's radiance is V times the scene's. */
+struct camera {
+    char *name;
+    int width, height;
+    double focal[2], center[2], distortion[5];
+    double sigma_focal[2], sigma_center[2], sigma_distortion[5];
+    double vignetting[2];
+    double rms_px;
+};
+
+/** p_view = rotate(rotation) p_world + translation. */
+typedef struct {
+    vec3 rotation, translation;
+} pose;
+
+/** A tag as measured in one shot; corners bottom left, bottom right, top right, top left of the
+ *  printed tag. */
+struct seen_tag {
+    int id;
+    double corner[4][2];
+};
+
+/** A shot, calibrated. The light on it is lamp.intensity * power. */
+struct view {
+    char *name;  // of the shot
+    int camera, light;
+    pose view_from_world;
+    double sigma_rotation[3], sigma_translation[3];
+    double power, sigma_power;
+    double rms_px;
+    struct seen_tag *tag;  // [tags]
+    int tags;
+};
+
+/** A lamp: a point (frame world, or camera: it moves with it), or at infinity.
+ *  A point:     L = f intensity power cos(theta_i) / r^2, r from the position
+ *  At infinity: L = f irradiance power cos(theta_i), direction is unit and towards the lamp */
+struct lamp {
+    char *name;
+    bool on_camera, at_infinity;
+    vec3 position, direction;
+    double intensity[3];  // or irradiance
+    double sigma_position[3], sigma_direction[3], sigma_intensity[3];
+};
+
+/** The sample, placed. */
+struct sample {
+    enum shape shape;
+    double radius, height;
+    vec3 center, axis;
+    double sigma_center[3], sigma_radius;
+    double outline_rms_px;  // of the outline's edges about the fit; 0: not measured
+    int outline_edges;
+};
+
+/** What calibrate finds, and calibration.yaml holds. Owns everything below it; {0} is empty;
+ *  release with cal_calibration_free(). */
+struct calibration {
+    struct camera *camera;
+    struct view *view;
+    struct lamp *lamp;
+    struct sample sample;
+    int cameras, views, lamps;
+};
+
+void cal_calibration_free(struct calibration *calibration);
+/** calibration.yaml. On success the caller owns *calibration; on failure it is untouched.
+ *  STATUS_IO, STATUS_FORMAT (file, line, key). */
+enum status cal_calibration_read(struct calibration *calibration, const char *path,
+                                 struct error *err);
+enum status cal_calibration_write(const struct calibration *calibration, const char *path,
+                                  struct error *err);
+
+/** Calibrate a merged capture: reads OUT/radiance/SHOT.exr, writes OUT/overlay/SHOT.png. usable
+ *  ([shots], NULL: all) tells which shots have a map. A shot in which no tag is found, or too
+ *  few, is left out with a warning. On success the caller owns *calibration.
+ *  STATUS_DATA: fewer than three usable shots, no board, nothing that fixes the lamp, ... */
+enum status cal_calibrate(struct calibration *calibration, const struct capture *capture,
+                          const char *out, const bool *usable, struct run *run,
+                          struct error *err);
+
+extern const struct command cal_commands[];
+
+/* ---- camera and pose arithmetic ------------------------------------------------------------ */
+
+typedef struct {
+    double m[3][3];
+} mat3;
+
+/** Rotation matrix of a rotation vector (Rodrigues' formula; exact to rounding near 0). */
+mat3 cal_rotation(vec3 rotation);
+static inline vec3 mat3_mul(const mat3 *a, vec3 v)
+{
+    return (vec3){a->m[0][0] * v.x + a->m[0][1] * v.y + a->m[0][2] * v.z,
+                  a->m[1][0] * v.x + a->m[1][1] * v.y + a->m[1][2] * v.z,
+                  a->m[2][0] * v.x + a->m[2][1] * v.y + a->m[2][2] * v.z};
+}
+/** transpose(a) v: the inverse rotation. */
+static inline vec3 mat3_mul_t(const mat3 *a, vec3 v)
+{
+    return (vec3){a->m[0][0] * v.x + a->m[1][0] * v.y + a->m[2][0] * v.z,
+                  a->m[0][1] * v.x + a->m[1][1] * v.y + a->m[2][1] * v.z,
+                  a->m[0][2] * v.x + a->m[1][2] * v.y + a->m[2][2] * v.z};
+}
+/** The camera's centre in the world: -R^T t. */
+vec3 cal_eye(pose view_from_world);
+/** p_view = R p_world + t. */
+vec3 cal_to_view(pose view_from_world, vec3 p_world);
+/** Pixel of a point in the camera's frame. Requires p_view.z > 0. */
+void cal_project(const struct camera *camera, vec3 p_view, double pixel[2]);
+/** Unit direction, in the camera's frame, of the ray through a pixel: cal_project inverted by
+ *  Newton's method to 1e-12 of a focal length. */
+vec3 cal_ray(const struct camera *camera, const double pixel[2]);
+/** What vignetting leaves of the light at a pixel, (0, 1]. */
+double cal_vignetting(const struct camera *camera, const double pixel[2]);
+/** Where the lamp is in the world for a view (a lamp on the camera moves with it). */
+vec3 cal_lamp_position(const struct lamp *lamp, pose view_from_world);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
