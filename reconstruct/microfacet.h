@@ -1,0 +1,30 @@
+/* microfacet.h -- the factors of microfacet models: Fresnel, slope distributions, shadowing.
+ *
+ * All take cosines, c = wi.h, cos_h = n.h, or the sine too where the cosine alone would lose
+ * digits. See microfacet.c for the papers.
+ */
+#ifndef GONIOCAM_MICROFACET_H
+#define GONIOCAM_MICROFACET_H
+
+#include "reconstruct.h"
+
+/** Angles of one pair of directions as the models use them. */
+typedef struct {
+    double cos_i, cos_o;    // of wi and wo from the normal, > 0
+    double sin2_h, cos2_h;  // of h from the normal, squared
+    double c;               // wi.h = wo.h
+} facet;
+
+/** Requires wi.z > 0 and wo.z > 0. */
+facet rec_facet(vec3 wi, vec3 wo);
+
+/** Unpolarised reflectance of a smooth dielectric. Requires ior >= 1; 0 where ior = 1. */
+double rec_fresnel_dielectric(double c, double ior);
+/** (1 - c)^5: how far F has come from normal incidence to grazing (Schlick 1994). */
+double rec_schlick(double c);
+
+/** D G1(i) G1(o) / (4 cos_i cos_o), 1/sr: the lobe without its Fresnel factor. */
+double rec_lobe_ggx(facet a, double alpha);
+double rec_lobe_beckmann(facet a, double alpha);
+
+#endif
