@@ -1,0 +1,1 @@
+brdf_test(capture exr)

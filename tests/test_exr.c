@@ -1,0 +1,121 @@
+/* Radiance maps: what is written reads back to the last bit, and nothing else passes for one. */
+#include "exr.h"
+#include "near.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { WIDTH = 37, HEIGHT = 19, COUNT = WIDTH * HEIGHT * 3 };
+
+static char folder[] = "/tmp/test_exr_XXXXXX";
+
+static int make_folder(void **state)
+{
+    (void)state;
+    return mkdtemp(folder) ? 0 : -1;
+}
+
+static int remove_folder(void **state)
+{
+    (void)state;
+    return rmdir(folder);
+}
+
+/* Values that only exact storage keeps: tiny, huge, negative, infinite. */
+static struct radiance make_map(void)
+{
+    struct radiance map = {.width = WIDTH, .height = HEIGHT};
+    map.value = malloc(COUNT * sizeof *map.value);
+    map.variance = malloc(COUNT * sizeof *map.variance);
+    assert_non_null(map.value);
+    assert_non_null(map.variance);
+    for (int i = 0; i < COUNT; i++) {
+        map.value[i] = (float)(sin(i) * pow(10, i % 60 - 30));
+        map.variance[i] = i % 7 ? (float)(1.0 / (i + 1)) : INFINITY;
+    }
+    return map;
+}
+
+static void test_round_trip_is_exact(void **state)
+{
+    (void)state;
+    struct radiance map = make_map(), back = {0};
+    struct error err = {0};
+    char *path = cap_path(folder, "map.exr");
+    assert_int_equal(cap_radiance_write(&map, path, &err), STATUS_OK);
+    assert_int_equal(cap_radiance_read(&back, path, &err), STATUS_OK);
+    assert_int_equal(back.width, WIDTH);
+    assert_int_equal(back.height, HEIGHT);
+    assert_memory_equal(map.value, back.value, COUNT * sizeof(float));
+    assert_memory_equal(map.variance, back.variance, COUNT * sizeof(float));
+    remove(path);
+    free(path);
+    cap_radiance_free(&map);
+    cap_radiance_free(&back);
+}
+
+static void test_inputs_tell_whether_a_map_is_up_to_date(void **state)
+{
+    (void)state;
+    struct radiance map = make_map();
+    char *path = cap_path(folder, "map.exr");
+    assert_false(exr_made_from(path, "0123"));  // missing
+    assert_int_equal(exr_write(&map, path, "0123", NULL), STATUS_OK);
+    assert_true(exr_made_from(path, "0123"));
+    assert_false(exr_made_from(path, "0124"));
+    assert_int_equal(cap_radiance_write(&map, path, NULL), STATUS_OK);
+    assert_false(exr_made_from(path, "0123"));  // of unknown origin
+    remove(path);
+    free(path);
+    cap_radiance_free(&map);
+}
+
+static void expect_unreadable(const char *path, enum status expected)
+{
+    struct radiance map = {0};
+    struct error err = {0};
+    assert_int_equal(cap_radiance_read(&map, path, &err), expected);
+    assert_non_null(strstr(err.text, path));
+    assert_null(map.value);
+}
+
+static void test_truncated_foreign_and_missing_files_are_refused(void **state)
+{
+    (void)state;
+    struct radiance map = make_map();
+    char *path = cap_path(folder, "map.exr");
+    expect_unreadable(path, STATUS_IO);
+    assert_int_equal(cap_radiance_write(&map, path, NULL), STATUS_OK);
+    assert_int_equal(truncate(path, COUNT * 4), 0);  // half of the values
+    expect_unreadable(path, STATUS_FORMAT);
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    fputs("not an image", file);
+    fclose(file);
+    expect_unreadable(path, STATUS_FORMAT);
+    remove(path);
+    free(path);
+    cap_radiance_free(&map);
+}
+
+static void test_no_room_leaves_no_file(void **state)
+{
+    (void)state;
+    struct radiance map = make_map();
+    struct error err = {0};
+    assert_int_equal(cap_radiance_write(&map, "/proc/no_such_folder/map.exr", &err), STATUS_IO);
+    assert_non_null(strstr(err.text, "/proc/no_such_folder/map.exr"));
+    cap_radiance_free(&map);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_round_trip_is_exact),
+        cmocka_unit_test(test_inputs_tell_whether_a_map_is_up_to_date),
+        cmocka_unit_test(test_truncated_foreign_and_missing_files_are_refused),
+        cmocka_unit_test(test_no_room_leaves_no_file),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
