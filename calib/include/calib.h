@@ -93,8 +93,7 @@ enum status cal_calibration_write(const struct calibration *calibration, const c
  *  few, is left out with a warning. On success the caller owns *calibration.
  *  STATUS_DATA: fewer than three usable shots, no board, nothing that fixes the lamp, ... */
 enum status cal_calibrate(struct calibration *calibration, const struct capture *capture,
-                          const char *out, const bool *usable, struct run *run,
-                          struct error *err);
+                          const char *out, const bool *usable, struct run *run, struct error *err);
 
 extern const struct command cal_commands[];
 
@@ -108,16 +107,18 @@ typedef struct {
 mat3 cal_rotation(vec3 rotation);
 static inline vec3 mat3_mul(const mat3 *a, vec3 v)
 {
-    return (vec3){a->m[0][0] * v.x + a->m[0][1] * v.y + a->m[0][2] * v.z,
-                  a->m[1][0] * v.x + a->m[1][1] * v.y + a->m[1][2] * v.z,
-                  a->m[2][0] * v.x + a->m[2][1] * v.y + a->m[2][2] * v.z};
+    vec3 r = {a->m[0][0] * v.x + a->m[0][1] * v.y + a->m[0][2] * v.z,
+              a->m[1][0] * v.x + a->m[1][1] * v.y + a->m[1][2] * v.z,
+              a->m[2][0] * v.x + a->m[2][1] * v.y + a->m[2][2] * v.z};
+    return r;
 }
 /** transpose(a) v: the inverse rotation. */
 static inline vec3 mat3_mul_t(const mat3 *a, vec3 v)
 {
-    return (vec3){a->m[0][0] * v.x + a->m[1][0] * v.y + a->m[2][0] * v.z,
-                  a->m[0][1] * v.x + a->m[1][1] * v.y + a->m[2][1] * v.z,
-                  a->m[0][2] * v.x + a->m[1][2] * v.y + a->m[2][2] * v.z};
+    vec3 r = {a->m[0][0] * v.x + a->m[1][0] * v.y + a->m[2][0] * v.z,
+              a->m[0][1] * v.x + a->m[1][1] * v.y + a->m[2][1] * v.z,
+              a->m[0][2] * v.x + a->m[1][2] * v.y + a->m[2][2] * v.z};
+    return r;
 }
 /** The camera's centre in the world: -R^T t. */
 vec3 cal_eye(pose view_from_world);
