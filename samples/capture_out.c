@@ -1,0 +1,117 @@
+/* capture_out.c -- capture.yaml of a rendered capture: what a person with a ruler would write.
+ *
+ * The lamps' places, the true place of the sample and the sensor's levels stay in truth.json.
+ */
+#include "capture_out.h"
+
+#include "truth.h"
+
+static void write_point(struct yaml_out *out, const char *key, vec3 p)
+{
+    cap_yaml_numbers(out, key, (const double[]){p.x, p.y, p.z}, 3);
+}
+
+static void write_board(struct yaml_out *out, const struct scene_board *board)
+{
+    cap_yaml_map(out, "board");
+    cap_yaml_text(out, "family", board->family);
+    cap_yaml_list(out, "tags");
+    for (int i = 0; i < board->tags; i++) {
+        const struct tag_place *tag = &board->tag[i];
+        cap_yaml_flow_map(out, NULL);
+        cap_yaml_int(out, "id", tag->id);
+        cap_yaml_number(out, "size", tag->size);
+        write_point(out, "center", tag->center);
+        if (tag->x_axis.x != 1 || tag->y_axis.y != 1) {
+            write_point(out, "x_axis", tag->x_axis);
+            write_point(out, "y_axis", tag->y_axis);
+        }
+        cap_yaml_close(out);
+    }
+    cap_yaml_close(out);
+    cap_yaml_close(out);
+}
+
+static void write_sample(struct yaml_out *out, const struct sample_place *place)
+{
+    bool sphere = place->shape == SHAPE_SPHERE;
+    cap_yaml_flow_map(out, "sample");
+    cap_yaml_text(out, "shape", sphere ? "sphere" : "cylinder");
+    cap_yaml_number(out, "radius", place->radius);
+    if (!sphere)
+        cap_yaml_number(out, "height", place->height);
+    write_point(out, "center", place->center);
+    if (!sphere)
+        write_point(out, "axis", place->axis);
+    cap_yaml_close(out);
+}
+
+static void write_patch(struct yaml_out *out, const char *key, const struct patch *patch)
+{
+    cap_yaml_map(out, key);
+    cap_yaml_number(out, "albedo", patch->albedo);
+    cap_yaml_flow_list(out, "corners");
+    for (int k = 0; k < 4; k++)
+        write_point(out, NULL, patch->corner[k]);
+    cap_yaml_close(out);
+    cap_yaml_close(out);
+}
+
+static void write_patches(struct yaml_out *out, const struct scene *scene)
+{
+    if (scene->patches == 1)
+        write_patch(out, "reference", &scene->patch[0].patch);
+    if (scene->patches < 2)
+        return;
+    cap_yaml_list(out, "reference");
+    for (int i = 0; i < scene->patches; i++)
+        write_patch(out, NULL, &scene->patch[i].patch);
+    cap_yaml_close(out);
+}
+
+/** A lamp that no shot uses is left out: nobody would write it down. */
+static void write_lights(struct yaml_out *out, const struct scene *scene)
+{
+    cap_yaml_list(out, "lights");
+    for (int l = 0; l < scene->lamps; l++) {
+        bool used = false;
+        for (int i = 0; i < scene->shots; i++) {
+            if (scene->shot[i].lamp != l)
+                continue;
+            char name[PHOTO_NAME], glob[PHOTO_NAME + 2];
+            sam_shot_name(name, scene, i);
+            snprintf(glob, sizeof glob, "%s_*", name);
+            if (!used) {
+                cap_yaml_map(out, NULL);
+                cap_yaml_text(out, "name", scene->lamp[l].name);
+                cap_yaml_flow_list(out, "photos");
+                used = true;
+            }
+            cap_yaml_text(out, NULL, glob);
+        }
+        if (used) {
+            cap_yaml_close(out);
+            cap_yaml_close(out);
+        }
+    }
+    cap_yaml_close(out);
+}
+
+enum status sam_capture_write(const struct scene *scene, const char *path, struct error *err)
+{
+    struct yaml_out *out;
+    enum status status = cap_yaml_begin(&out, path, err);
+    if (status)
+        return status;
+    cap_yaml_int(out, "goniocam", 1);
+    write_board(out, &scene->board);
+    write_sample(out, &scene->sample.nominal);
+    write_patches(out, scene);
+    write_lights(out, scene);
+    cap_yaml_flow_map(out, "photos");
+    cap_yaml_text(out, "pattern", "shot*.tif");
+    cap_yaml_close(out);
+    if (scene->flat)
+        cap_yaml_text(out, "flat", "flat.tif");
+    return cap_yaml_end(out, true, err);
+}

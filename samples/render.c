@@ -1,0 +1,186 @@
+/* render.c -- a scene becomes a capture folder: radiance of each shot, its bracket, the papers. */
+#include "render.h"
+
+#include "capture_out.h"
+#include "film.h"
+#include "expose.h"
+#include "tiff_write.h"
+#include "truth.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fnmatch.h>
+#include <stdlib.h>
+#include <string.h>
+
+/** A capture under way. */
+struct rendering {
+    const struct scene *scene;
+    const char *out;
+    struct run *run;
+    struct world world;
+    float *value;   // [height][width][3] radiance of the current shot
+    size_t values;  // height x width x 3
+};
+
+/** OUT/name.extension; NULL: out of memory. */
+static char *path_in(const char *out, const char *name, const char *extension)
+{
+    char *file = NULL, *path = NULL;
+    if (asprintf(&file, "%s.%s", name, extension) >= 0)
+        path = cap_path(out, file);
+    free(file);
+    return path;
+}
+
+/** One photograph: exposed by `frame`, or, with a NULL value, of a wall (the flat frame). */
+static enum status take(const struct rendering *r, const float *value, const char *name,
+                        double seconds, uint32_t frame, struct error *err)
+{
+    static const double FLAT_FILL = 0.7;  // as one exposes a wall: bright and safely unclipped
+    const struct camera *camera = &r->scene->camera;
+    uint16_t *dn = malloc(r->values * sizeof *dn);
+    char *path = path_in(r->out, name, "tif");
+    enum status status = STATUS_OK;
+    if (!dn || !path) {
+        status = cap_fail(err, STATUS_MEMORY, "%s: out of memory", name);
+    } else {
+        if (value)
+            sam_sensor_expose(r->scene, value, seconds, frame, dn);
+        else
+            sam_sensor_flat(r->scene, FLAT_FILL, frame, dn);
+        status =
+            sam_tiff_write(path, dn, camera->width, camera->height, &r->scene->exif, seconds, err);
+    }
+    free(dn);
+    free(path);
+    return status;
+}
+
+/** The bracket of a shot: its photographs have nothing in common, so each is one task. The first
+ *  error in their order is told. */
+static enum status take_bracket(const struct rendering *r, int shot, struct error *err)
+{
+    int exposures = r->scene->exposures, failed = exposures;
+    struct error first = {0};
+#pragma omp parallel for schedule(dynamic) num_threads(r->run->threads)
+    for (int e = 0; e < exposures; e++) {
+        char name[PHOTO_NAME];
+        struct error story = {0};
+        sam_photo_name(name, r->scene, shot, e);
+        uint32_t frame = (uint32_t)(shot * exposures + e);
+        enum status status = take(r, r->value, name, r->scene->exposure[e], frame, &story);
+        cap_step(r->run);
+#pragma omp critical(sam_bracket)
+        if (status && e < failed) {
+            failed = e;
+            first = story;
+        }
+    }
+    return failed < exposures ? cap_fail(err, first.status, "%s", first.text) : STATUS_OK;
+}
+
+/** OUT/radiance/SHOT.exr, in the scene's units and without variance. */
+static enum status write_radiance(const struct rendering *r, int shot, struct error *err)
+{
+    char name[PHOTO_NAME];
+    sam_shot_name(name, r->scene, shot);
+    char *folder = cap_path(r->out, "radiance");
+    char *path = folder ? path_in(folder, name, "exr") : NULL;
+    float *variance = calloc(r->values, sizeof *variance);
+    enum status status = STATUS_OK;
+    if (!path || !variance)
+        status = cap_fail(err, STATUS_MEMORY, "%s: out of memory", name);
+    if (!status)
+        status = cap_make_folder(folder, err);
+    if (!status) {
+        struct radiance map = {r->scene->camera.width, r->scene->camera.height, r->value, variance};
+        status = cap_radiance_write(&map, path, err);
+    }
+    free(folder);
+    free(path);
+    free(variance);
+    return status;
+}
+
+static enum status render_shot(const struct rendering *r, int shot, struct error *err)
+{
+    enum status status =
+        sam_film_expose(&r->world, &r->scene->shot[shot], r->run->threads, r->value, err);
+    if (!status && r->scene->radiance)
+        status = write_radiance(r, shot, err);
+    if (!status)
+        status = take_bracket(r, shot, err);
+    return status;
+}
+
+/** Is `file` a photograph of this scene? */
+static bool is_ours(const struct scene *scene, const char *file)
+{
+    char name[PHOTO_NAME + 4], photo[PHOTO_NAME];
+    for (int i = 0; i < scene->shots; i++)
+        for (int e = 0; e < scene->exposures; e++) {
+            sam_photo_name(photo, scene, i, e);
+            snprintf(name, sizeof name, "%s.tif", photo);
+            if (strcmp(name, file) == 0)
+                return true;
+        }
+    return false;
+}
+
+/** Photographs of another scene would pass for this one's: capture.yaml selects by pattern. */
+static enum status refuse_others(const struct scene *scene, const char *out, struct error *err)
+{
+    DIR *folder = opendir(out);
+    if (!folder)
+        return cap_fail(err, STATUS_IO, "%s: %s", out, strerror(errno));
+    enum status status = STATUS_OK;
+    for (struct dirent *d; !status && (d = readdir(folder));)
+        if (fnmatch("shot*.tif", d->d_name, 0) == 0 && !is_ours(scene, d->d_name))
+            status = cap_fail(err, STATUS_IO,
+                              "%s: holds %s, which is not of this scene; name an empty folder", out,
+                              d->d_name);
+    closedir(folder);
+    return status;
+}
+
+static enum status write_papers(const struct scene *scene, const char *out, struct error *err)
+{
+    char *truth = cap_path(out, "truth.json"), *capture = cap_path(out, "capture.yaml");
+    enum status status = STATUS_OK;
+    if (!truth || !capture)
+        status = cap_fail(err, STATUS_MEMORY, "%s: out of memory", out);
+    if (!status)
+        status = sam_truth_write(scene, truth, err);
+    if (!status)
+        status = sam_capture_write(scene, capture, err);
+    free(truth);
+    free(capture);
+    return status;
+}
+
+enum status sam_render(const struct scene *scene, const char *out, struct run *run,
+                       struct error *err)
+{
+    struct rendering r = {.scene = scene, .out = out, .run = run};
+    r.values = (size_t)scene->camera.width * (size_t)scene->camera.height * 3;
+    r.value = malloc(r.values * sizeof *r.value);
+    enum status status = r.value ? cap_make_folder(out, err)
+                                 : cap_fail(err, STATUS_MEMORY, "%s: out of memory", out);
+    if (!status)
+        status = refuse_others(scene, out, err);
+    if (!status)
+        status = sam_world_build(&r.world, scene, err);
+    cap_stage(run, "render", scene->shots * scene->exposures);
+    for (int i = 0; i < scene->shots && !status; i++)
+        status = render_shot(&r, i, err);
+    if (!status && scene->flat)
+        status = take(&r, NULL, "flat", scene->exposure[0],
+                      (uint32_t)(scene->shots * scene->exposures), err);
+    if (!status)
+        status = write_papers(scene, out, err);
+    cap_stage(run, "", 0);
+    sam_world_free(&r.world);
+    free(r.value);
+    return status;
+}

@@ -1,0 +1,351 @@
+/* scene.c -- SCENE.yaml becomes a scene: keys, ranges, and what stands in for keys left out. */
+#include "scene.h"
+
+#include "doc.h"
+#include "place.h"
+#include "random.h"
+#include "tags.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const double DEG = CAP_PI / 180;
+
+static void copy_name(char to[SCENE_NAME], const char *from)
+{
+    snprintf(to, SCENE_NAME, "%s", from);
+}
+
+// ---- camera and sensor
+
+/** Focal length in mm with the sensor's width, or in pixels: either is a photographer's. */
+static void read_camera(struct scene *scene, struct doc *doc, doc_node node)
+{
+    struct camera *camera = &scene->camera;
+    double size[2] = {900, 600}, lens = sam_doc_number(doc, node, "focal_length", 50, 0.1, 1e5);
+    sam_doc_numbers(doc, node, "size", size, 2, false, 1, 65535);
+    camera->width = (int)size[0];
+    camera->height = (int)size[1];
+    double sensor_width = sam_doc_number(doc, node, "sensor_width", 24, 0.1, 1e4);
+    for (int i = 0; i < 2; i++) {
+        camera->focal[i] = lens * camera->width / sensor_width;
+        camera->center[i] = (floor(size[i]) - 1) / 2;
+    }
+    sam_doc_numbers(doc, node, "focal_px", camera->focal, 2, true, 1, 1e7);
+    sam_doc_numbers(doc, node, "center_px", camera->center, 2, false, -1e6, 1e6);
+    sam_doc_numbers(doc, node, "distortion", camera->distortion, 5, false, -100, 100);
+    sam_doc_numbers(doc, node, "vignetting", scene->sensor.vignetting, 3, false, -1, 1);
+    scene->exif.focal_length = lens;
+    scene->exif.aperture = sam_doc_number(doc, node, "aperture", 8, 0.1, 1000);
+    scene->exif.iso = sam_doc_int(doc, node, "iso", 100, 1, 65535);
+    copy_name(scene->exif.make, sam_doc_text(doc, node, "make", "goniocam"));
+    copy_name(scene->exif.model, sam_doc_text(doc, node, "model", "render"));
+}
+
+static void read_sensor(struct sensor_model *sensor, struct doc *doc, doc_node node)
+{
+    sensor->electrons = sam_doc_number(doc, node, "electrons", 25e6, 1e-3, 1e15);
+    sensor->dn_per_electron = sam_doc_number(doc, node, "dn_per_electron", 0.08, 1e-6, 1e6);
+    sensor->full_well = sam_doc_number(doc, node, "full_well", 50000, 1, 1e9);
+    sensor->read_noise = sam_doc_number(doc, node, "read_noise", 5, 0, 1e5);
+    sensor->black_level = sam_doc_int(doc, node, "black_level", 128, 0, 65534);
+    sensor->adc_max = sam_doc_int(doc, node, "adc_max", 4095, 1, 65535);
+    for (int c = 0; c < 3; c++)
+        sensor->channel_gain[c] = 1;
+    sam_doc_numbers(doc, node, "channel_gain", sensor->channel_gain, 3, true, 1e-3, 1e3);
+    if (sam_doc_fine(doc) && sensor->adc_max <= sensor->black_level)
+        sam_doc_wrong(doc, node, "adc_max: must be above black_level");
+}
+
+static bool read_exposures(struct scene *scene, struct doc *doc, doc_node root)
+{
+    doc_node list = sam_doc_need(doc, root, "exposures");
+    int count = sam_doc_count(doc, list);
+    scene->exposure = calloc((size_t)count + 1, sizeof *scene->exposure);
+    if (!scene->exposure)
+        return false;
+    scene->exposures = count;
+    if (count > 0)
+        sam_doc_numbers(doc, root, "exposures", scene->exposure, count, false, 1e-7, 1e5);
+    else if (sam_doc_fine(doc))
+        sam_doc_wrong(doc, list, "exposures: at least one time is wanted");
+    return true;
+}
+
+// ---- lamps
+
+/** Where a lamp is: a position, or a direction and distance from the sample. */
+static vec3 read_lamp_position(struct doc *doc, doc_node node, vec3 center)
+{
+    if (sam_doc_get(doc, node, "position"))
+        return sam_doc_vec3(doc, node, "position", center);
+    double azimuth = sam_doc_number(doc, node, "azimuth_deg", NAN, -720, 720) * DEG;
+    double elevation = sam_doc_number(doc, node, "elevation_deg", NAN, -180, 180) * DEG;
+    double distance = sam_doc_number(doc, node, "distance", NAN, 1e-3, 1e7);
+    return sam_around(center, azimuth, elevation, distance);
+}
+
+static bool read_lamps(struct scene *scene, struct doc *doc, doc_node root)
+{
+    doc_node list = sam_doc_need(doc, root, "lights");
+    int count = sam_doc_count(doc, list);
+    scene->lamp = calloc((size_t)count + 1, sizeof *scene->lamp);
+    if (!scene->lamp)
+        return false;
+    for (int i = 0; i < count; i++) {
+        struct scene_lamp *lamp = &scene->lamp[i];
+        doc_node node = sam_doc_item(doc, list, i);
+        char name[SCENE_NAME];
+        snprintf(name, sizeof name, "lamp%d", i);
+        copy_name(lamp->name, sam_doc_text(doc, node, "name", name));
+        lamp->position = read_lamp_position(doc, node, scene->sample.nominal.center);
+        for (int c = 0; c < 3; c++)
+            lamp->intensity[c] = 1e5;
+        sam_doc_numbers(doc, node, "intensity", lamp->intensity, 3, true, 0, 1e15);
+    }
+    scene->lamps = count;
+    if (sam_doc_fine(doc) && count == 0)
+        sam_doc_wrong(doc, list, "lights: at least one is wanted");
+    return true;
+}
+
+// ---- the sample
+
+static void read_material(struct scene_sample *sample, struct doc *doc, doc_node node)
+{
+    const char *name = sam_doc_text(doc, node, "model", NULL);
+    sample->model = rec_model_find(name);
+    if (!sample->model) {
+        if (sam_doc_fine(doc))
+            sam_doc_wrong(doc, sam_doc_get(doc, node, "model"), "model: none is called '%s'", name);
+        return;
+    }
+    double *value = sample->parameter;
+    for (const struct parameter *p = sample->model->parameter; p->name; p++) {
+        sam_doc_need(doc, node, p->name);
+        sam_doc_numbers(doc, node, p->name, value, p->size, true, p->low, p->high);
+        value += p->size;
+    }
+}
+
+static void read_sample(struct scene_sample *sample, struct doc *doc, doc_node node)
+{
+    struct sample_place *place = &sample->place;
+    const char *shape = sam_doc_text(doc, node, "shape", "sphere");
+    if (strcmp(shape, "sphere") == 0)
+        place->shape = SHAPE_SPHERE;
+    else if (strcmp(shape, "cylinder") == 0)
+        place->shape = SHAPE_CYLINDER;
+    else
+        sam_doc_wrong(doc, sam_doc_get(doc, node, "shape"), "shape: sphere or cylinder, not '%s'",
+                      shape);
+    place->radius = sam_doc_number(doc, node, "radius", NAN, 1e-6, 1e6);
+    place->center = sam_doc_vec3(doc, node, "center", (vec3){0, 0, 2 * place->radius});
+    sample->nominal = *place;
+    if (place->shape == SHAPE_CYLINDER) {
+        place->height = sam_doc_number(doc, node, "height", NAN, 1e-6, 1e6);
+        place->axis = sam_doc_vec3(doc, node, "axis", (vec3){0, 0, 1});
+        if (vec3_length(place->axis) > 0)
+            place->axis = vec3_normalize(place->axis);
+        else
+            sam_doc_wrong(doc, node, "axis: a direction is wanted");
+        sample->nominal = *place;
+    }
+    sample->nominal.center = sam_doc_vec3(doc, node, "nominal_center", place->center);
+    read_material(sample, doc, sam_doc_need(doc, node, "material"));
+}
+
+// ---- the board
+
+static bool add_tag(struct scene_board *board, const struct tag_place *tag)
+{
+    struct tag_place *grown = realloc(board->tag, (size_t)(board->tags + 1) * sizeof *grown);
+    if (!grown)
+        return false;
+    board->tag = grown;
+    board->tag[board->tags++] = *tag;
+    return true;
+}
+
+/** Tags in rows and columns about the origin, numbered row by row from the top left; a ring leaves
+ *  out all but the outermost. */
+static bool read_tag_grid(struct scene_board *board, struct doc *doc, doc_node node, bool ring)
+{
+    double size = sam_doc_number(doc, node, "size", NAN, 1e-3, 1e6);
+    int columns = sam_doc_int(doc, node, "columns", 2, 1, 1000);
+    int rows = sam_doc_int(doc, node, "rows", 2, 1, 1000);
+    int id = sam_doc_int(doc, node, "first_id", 0, 0, 100000);
+    double pitch[2] = {1.5 * size, 1.5 * size};
+    sam_doc_numbers(doc, node, "pitch", pitch, 2, true, size, 1e6);
+    for (int r = 0; r < rows; r++)
+        for (int c = 0; c < columns; c++) {
+            if (ring && r > 0 && r < rows - 1 && c > 0 && c < columns - 1)
+                continue;
+            struct tag_place tag = {
+                .id = id++, .size = size, .x_axis = {1, 0, 0}, .y_axis = {0, 1, 0}};
+            tag.center.x = (c - 0.5 * (columns - 1)) * pitch[0];
+            tag.center.y = (0.5 * (rows - 1) - r) * pitch[1];
+            if (!add_tag(board, &tag))
+                return false;
+        }
+    return true;
+}
+
+static bool read_tag_list(struct scene_board *board, struct doc *doc, doc_node list)
+{
+    for (int i = 0; i < sam_doc_count(doc, list); i++) {
+        doc_node node = sam_doc_item(doc, list, i);
+        struct tag_place tag = {.id = sam_doc_int(doc, node, "id", 0, 0, 100000)};
+        sam_doc_need(doc, node, "id");
+        tag.size = sam_doc_number(doc, node, "size", NAN, 1e-3, 1e6);
+        sam_doc_need(doc, node, "center");
+        tag.center = sam_doc_vec3(doc, node, "center", (vec3){0, 0, 0});
+        tag.x_axis = sam_doc_vec3(doc, node, "x_axis", (vec3){1, 0, 0});
+        tag.y_axis = sam_doc_vec3(doc, node, "y_axis", (vec3){0, 1, 0});
+        if (fabs(vec3_length(tag.x_axis) - 1) + fabs(vec3_length(tag.y_axis) - 1)
+                + fabs(vec3_dot(tag.x_axis, tag.y_axis))
+            > 1e-6)
+            sam_doc_wrong(doc, node, "x_axis, y_axis: unit vectors at a right angle are wanted");
+        if (!add_tag(board, &tag))
+            return false;
+    }
+    return true;
+}
+
+static bool read_tags(struct scene_board *board, struct doc *doc, doc_node node)
+{
+    if (sam_doc_is_list(doc, node))
+        return read_tag_list(board, doc, node);
+    doc_node grid;
+    if ((grid = sam_doc_get(doc, node, "ring")))
+        return read_tag_grid(board, doc, grid, true);
+    if ((grid = sam_doc_get(doc, node, "grid")))
+        return read_tag_grid(board, doc, grid, false);
+    sam_doc_wrong(doc, node, "tags: a list, {ring: ...} or {grid: ...} is wanted");
+    return true;
+}
+
+static bool read_board(struct scene_board *board, struct doc *doc, doc_node node)
+{
+    sam_doc_numbers(doc, node, "size", board->size, 2, false, 0, 1e6);
+    board->albedo = sam_doc_number(doc, node, "albedo", 0.2, 0, 1);
+    board->white = sam_doc_number(doc, node, "white", 0.8, 0, 1);
+    board->black = sam_doc_number(doc, node, "black", 0.04, 0, 1);
+    board->thickness = sam_doc_number(doc, node, "paper_thickness", 0.1, 1e-3, 100);
+    copy_name(board->family, sam_doc_text(doc, node, "family", "tag36h11"));
+    bool memory = read_tags(board, doc, sam_doc_need(doc, node, "tags"));
+    struct tag_family family;
+    if (!sam_doc_fine(doc) || !memory)
+        return memory;
+    if (!sam_tag_family(&family, board->family)) {
+        sam_doc_wrong(doc, node, "family: the AprilTag library has no '%s'", board->family);
+        return true;
+    }
+    for (int i = 0; i < board->tags; i++)
+        if (board->tag[i].id >= family.tags)
+            sam_doc_wrong(doc, node, "tags: %s has no id %d, its last is %d", board->family,
+                          board->tag[i].id, family.tags - 1);
+    double bit = board->tags ? board->tag[0].size / family.border : 1;
+    board->margin = sam_doc_number(doc, node, "margin", bit, 0, 1e6);
+    sam_tag_family_free(&family);
+    return true;
+}
+
+// ---- patches and post
+
+/** Corners of the patch's top, turned about z on the board. */
+static void read_patch(struct scene_patch *patch, struct doc *doc, doc_node node)
+{
+    double size[2] = {40, 40};
+    sam_doc_numbers(doc, node, "size", size, 2, true, 1e-3, 1e6);
+    patch->thickness = sam_doc_number(doc, node, "thickness", 2, 1e-3, 1e3);
+    patch->patch.albedo = sam_doc_number(doc, node, "albedo", 0.99, 0, 1);
+    double turn = sam_doc_number(doc, node, "turn_deg", 0, -360, 360) * DEG;
+    sam_doc_need(doc, node, "center");
+    double center[2] = {0, 0};
+    sam_doc_numbers(doc, node, "center", center, 2, false, -1e6, 1e6);
+    for (int k = 0; k < 4; k++) {
+        double x = (k == 1 || k == 2 ? 0.5 : -0.5) * size[0], y = (k >= 2 ? 0.5 : -0.5) * size[1];
+        patch->patch.corner[k] =
+            (vec3){center[0] + x * cos(turn) - y * sin(turn),
+                   center[1] + x * sin(turn) + y * cos(turn), patch->thickness};
+    }
+}
+
+/** `patch` is one patch or a list of them. */
+static bool read_patches(struct scene *scene, struct doc *doc, doc_node node)
+{
+    int count = sam_doc_is_list(doc, node) ? sam_doc_count(doc, node) : node ? 1 : 0;
+    scene->patch = calloc((size_t)count + 1, sizeof *scene->patch);
+    if (!scene->patch)
+        return false;
+    scene->patches = count;
+    for (int i = 0; i < count; i++)
+        read_patch(&scene->patch[i], doc,
+                   sam_doc_is_list(doc, node) ? sam_doc_item(doc, node, i) : node);
+    return true;
+}
+
+// ---- the whole
+
+/** Power of the lamp from shot to shot: a relative standard deviation about 1. */
+static void jitter_powers(struct scene *scene, double sigma)
+{
+    for (int i = 0; i < scene->shots && sigma > 0; i++) {
+        struct random random = sam_random_at(scene->seed, 0xFFFFFFFEu, (uint64_t)i);
+        scene->shot[i].power *= fmax(0.1, 1 + sigma * sam_normal(&random));
+    }
+}
+
+static bool read_all(struct scene *scene, struct doc *doc)
+{
+    doc_node root = sam_doc_root(doc);
+    if (sam_doc_int(doc, root, "goniocam_scene", 0, 0, 1000) != 1)
+        sam_doc_wrong(doc, root, "'goniocam_scene: 1' is missing: the version of this format");
+    copy_name(scene->name, sam_doc_text(doc, root, "name", "scene"));
+    scene->seed = (uint64_t)sam_doc_number(doc, root, "seed", 1, 0, 1e15);
+    read_camera(scene, doc, sam_doc_need(doc, root, "camera"));
+    read_sensor(&scene->sensor, doc, sam_doc_get(doc, root, "sensor"));
+    read_sample(&scene->sample, doc, sam_doc_need(doc, root, "sample"));
+    doc_node post = sam_doc_get(doc, root, "post");
+    scene->post.radius = sam_doc_number(doc, post, "radius", 0, 0, 1e6);
+    scene->post.albedo = sam_doc_number(doc, post, "albedo", 0.03, 0, 1);
+    scene->flat = sam_doc_bool(doc, root, "flat", false);
+    scene->radiance = sam_doc_bool(doc, root, "radiance", false);
+    bool memory = read_exposures(scene, doc, root) && read_lamps(scene, doc, root)
+                  && read_board(&scene->board, doc, sam_doc_need(doc, root, "board"))
+                  && read_patches(scene, doc, sam_doc_get(doc, root, "patch"));
+    double jitter = sam_doc_number(doc, root, "power_jitter", 0, 0, 0.5);
+    if (memory && sam_doc_fine(doc))
+        memory = sam_read_shots(scene, doc);
+    jitter_powers(scene, jitter);
+    return memory;
+}
+
+enum status sam_scene_read(struct scene *scene, const char *path, struct error *err)
+{
+    struct doc *doc;
+    enum status status = sam_doc_open(&doc, path, err);
+    if (status)
+        return status;
+    struct scene read = {0};
+    bool memory = read_all(&read, doc);
+    status = sam_doc_close(doc, err);
+    if (!status && !memory)
+        status = cap_fail(err, STATUS_MEMORY, "%s: out of memory", path);
+    if (status)
+        sam_scene_free(&read);
+    else
+        *scene = read;
+    return status;
+}
+
+void sam_scene_free(struct scene *scene)
+{
+    free(scene->exposure);
+    free(scene->lamp);
+    free(scene->board.tag);
+    free(scene->patch);
+    free(scene->shot);
+    *scene = (struct scene){0};
+}

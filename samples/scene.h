@@ -1,0 +1,96 @@
+/* scene.h -- what SCENE.yaml describes: camera, lamps, sample, board, and the photographs to take.
+ *
+ * SCENE.yaml speaks millimetres, seconds and degrees; samples/README.md describes its keys.
+ */
+#ifndef GONIOCAM_SAMPLES_SCENE_H
+#define GONIOCAM_SAMPLES_SCENE_H
+
+#include "reconstruct.h"
+
+enum { SCENE_NAME = 64 };
+
+/** How radiance becomes numbers (expose.c). */
+struct sensor_model {
+    double electrons;  // of a photosite, for radiance 1 in a second, f-number and ISO included
+    double dn_per_electron;        // the gain of the converter
+    double full_well, read_noise;  // electrons
+    int black_level, adc_max;      // DN
+    double channel_gain[3];
+    double vignetting[3];  // V = 1 + v1 q + v2 q^2 + v3 q^3, q as in struct camera
+};
+
+/** What the camera writes into every photograph. */
+struct exif {
+    double aperture, iso, focal_length;  // f-number, ISO, mm
+    char make[SCENE_NAME], model[SCENE_NAME];
+};
+
+struct scene_lamp {
+    char name[SCENE_NAME];
+    vec3 position;
+    double intensity[3];  // radiance units x mm^2, see L = f I cos(theta_i) / r^2
+};
+
+struct scene_sample {
+    struct sample_place place;    // where it is
+    struct sample_place nominal;  // where capture.yaml says it is
+    const struct model *model;
+    double parameter[MODEL_PARAMETERS_MAX];
+};
+
+/** A grey sheet with printed tags on paper. The paper's surface is the plane of the tags; the
+ *  sheet lies below it by the paper's thickness. */
+struct scene_board {
+    double size[2], albedo;  // of the sheet, centred on the origin; size 0: no sheet
+    char family[SCENE_NAME];
+    struct tag_place *tag;  // [tags]
+    int tags;
+    double margin;        // white paper around the black square
+    double thickness;     // of the paper
+    double white, black;  // albedos of the print
+};
+
+/** A white patch: the top of a slab that lies on the board. */
+struct scene_patch {
+    struct patch patch;
+    double thickness;
+};
+
+/** What holds the sample: an upright round post below its centre. Radius 0: none. */
+struct scene_post {
+    double radius, albedo;
+};
+
+/** One bracket of photographs. */
+struct scene_shot {
+    pose view_from_world;
+    int lamp;
+    double power;  // of the lamp in this shot, about 1
+};
+
+/** Owns what it points to; {0} is empty; release with sam_scene_free(). */
+struct scene {
+    char name[SCENE_NAME];
+    uint64_t seed;
+    struct camera camera;  // name stays NULL
+    struct sensor_model sensor;
+    struct exif exif;
+    double *exposure;  // [exposures] seconds
+    int exposures;
+    struct scene_lamp *lamp;  // [lamps]
+    int lamps;
+    struct scene_sample sample;
+    struct scene_board board;
+    struct scene_patch *patch;  // [patches]
+    int patches;
+    struct scene_post post;
+    struct scene_shot *shot;  // [shots]
+    int shots;
+    bool flat, radiance;  // write a flat frame; write OUT/radiance
+};
+
+/** Read SCENE.yaml. On success the caller owns *scene; on failure it is untouched.
+ *  STATUS_IO; STATUS_FORMAT (file, line and key of what is wrong); STATUS_MEMORY. */
+enum status sam_scene_read(struct scene *scene, const char *path, struct error *err);
+void sam_scene_free(struct scene *scene);
+#endif

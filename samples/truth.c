@@ -1,0 +1,269 @@
+/* truth.c -- truth.json: everything that a scene knows and its photographs do not tell.
+ *
+ * Keys are those of the shared captures, so that one judge reads both.
+ */
+#include "truth.h"
+
+#include "world.h"
+
+#include <jansson.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int digits_for(int count)
+{
+    int digits = 2;
+    for (int limit = 100; count > limit && digits < 9; limit *= 10)
+        digits++;
+    return digits;
+}
+
+void sam_shot_name(char name[PHOTO_NAME], const struct scene *scene, int shot)
+{
+    snprintf(name, PHOTO_NAME, "shot%0*d", digits_for(scene->shots), shot);
+}
+
+void sam_photo_name(char name[PHOTO_NAME], const struct scene *scene, int shot, int exposure)
+{
+    char first[PHOTO_NAME];
+    sam_shot_name(first, scene, shot);
+    snprintf(name, PHOTO_NAME, "%.30s_exp%d", first, exposure);
+}
+
+// ---- pieces of JSON; the library's setters accept NULL and fail, so memory is asked for once
+
+static json_t *numbers(const double *value, int count)
+{
+    json_t *list = json_array();
+    for (int i = 0; i < count; i++)
+        json_array_append_new(list, json_real(value[i]));
+    return list;
+}
+
+static json_t *point(vec3 p)
+{
+    return numbers((const double[]){p.x, p.y, p.z}, 3);
+}
+
+static json_t *conventions(void)
+{
+    return json_pack(
+        "{s:s, s:s, s:s, s:s, s:s, s:s, s:s}", "world",
+        "board frame, millimetres, right handed, x right, y away, z up out of the board, paper "
+        "surface of the tags at z=0",
+        "pose", "X_cam = R X_world + t, OpenCV camera frame: x right, y down, z forward", "pixels",
+        "OpenCV: the centre of the top left pixel is (0,0); u = fx x' + cx with x' the distorted "
+        "normalised coordinate",
+        "distortion", "OpenCV order k1 k2 p1 p2 k3, distorted = f(undistorted)", "radiance",
+        "linear; the lamp's jitter is in it; without vignetting and noise; pixel = area mean (box)",
+        "light",
+        "intensity I per steradian for each channel; irradiance on a surface = I cos / r^2, r in "
+        "mm; L = f_r E",
+        "tag_corners",
+        "bottom left, bottom right, top right, top left of the outer edge of the "
+        "black border (order of libapriltag's detection p[0..3])");
+}
+
+static json_t *camera(const struct camera *c)
+{
+    return json_pack("{s:i, s:i, s:f, s:f, s:f, s:f, s:o}", "width", c->width, "height", c->height,
+                     "fx", c->focal[0], "fy", c->focal[1], "cx", c->center[0], "cy", c->center[1],
+                     "dist", numbers(c->distortion, 5));
+}
+
+static json_t *lights(const struct scene *scene)
+{
+    json_t *list = json_array();
+    for (int i = 0; i < scene->lamps; i++)
+        json_array_append_new(list, json_pack("{s:o, s:o, s:f}", "position",
+                                              point(scene->lamp[i].position), "intensity",
+                                              numbers(scene->lamp[i].intensity, 3), "radius", 0.0));
+    return list;
+}
+
+// ---- the material, in the judge's words where it has them
+
+/** Where a parameter of a model begins; -1: it has none of that name. */
+static const double *parameter(const struct scene_sample *sample, const char *name)
+{
+    const double *value = sample->parameter;
+    for (const struct parameter *p = sample->model->parameter; p->name; p++) {
+        if (strcmp(p->name, name) == 0)
+            return value;
+        value += p->size;
+    }
+    return NULL;
+}
+
+/** The type by which the judge knows the material; NULL: it does not. */
+static const char *judge_type(const struct scene_sample *sample)
+{
+    const char *name = sample->model->name;
+    const double *albedo = parameter(sample, "albedo"), *edge = parameter(sample, "edge");
+    bool lobe_only = albedo && edge && albedo[0] + albedo[1] + albedo[2] == 0 && edge[0] == 0;
+    if (strcmp(name, "lambert") == 0)
+        return "lambert";
+    if (strcmp(name, "ggx") == 0)
+        return "plastic";
+    if (strcmp(name, "ggx_schlick") == 0 && lobe_only)
+        return "ggx";
+    if (strcmp(name, "beckmann_schlick") == 0 && lobe_only)
+        return "beckmann";
+    return NULL;
+}
+
+/** Every parameter under its own name; a lobe's colour also under the judge's, `color`. */
+static json_t *material(const struct scene_sample *sample)
+{
+    json_t *map = json_object();
+    const char *type = judge_type(sample);
+    const double *value = sample->parameter, *f0 = parameter(sample, "f0");
+    json_object_set_new(map, "type", json_string(type ? type : sample->model->name));
+    json_object_set_new(map, "model", json_string(sample->model->name));
+    for (const struct parameter *p = sample->model->parameter; p->name; p++) {
+        json_object_set_new(map, p->name, p->size == 1 ? json_real(*value) : numbers(value, 3));
+        value += p->size;
+    }
+    if (type && f0)
+        json_object_set_new(map, "color", numbers(f0, 3));
+    return map;
+}
+
+static json_t *sample(const struct scene_sample *s)
+{
+    bool sphere = s->place.shape == SHAPE_SPHERE;
+    json_t *map =
+        json_pack("{s:s, s:o, s:f, s:o}", "kind", sphere ? "sphere" : "cylinder", "center",
+                  point(s->place.center), "radius", s->place.radius, "material", material(s));
+    if (!sphere) {
+        json_object_set_new(map, "axis", point(s->place.axis));
+        json_object_set_new(map, "length", json_real(s->place.height));
+    }
+    return map;
+}
+
+// ---- board, patches, sensor
+
+static json_t *tags(const struct scene_board *board)
+{
+    json_t *list = json_array();
+    for (int i = 0; i < board->tags; i++) {
+        json_t *corners = json_array();
+        for (int k = 0; k < 4; k++)
+            json_array_append_new(corners, point(cap_tag_corner(&board->tag[i], k)));
+        json_array_append_new(list, json_pack("{s:i, s:s, s:f, s:o}", "id", board->tag[i].id,
+                                              "family", board->family, "size", board->tag[i].size,
+                                              "corners", corners));
+    }
+    return list;
+}
+
+static json_t *patches(const struct scene *scene)
+{
+    json_t *list = json_array();
+    for (int i = 0; i < scene->patches; i++) {
+        const struct scene_patch *patch = &scene->patch[i];
+        json_t *corners = json_array();
+        for (int k = 0; k < 4; k++)
+            json_array_append_new(corners, point(patch->patch.corner[k]));
+        json_array_append_new(list, json_pack("{s:o, s:f, s:f}", "corners", corners, "albedo",
+                                              patch->patch.albedo, "thickness", patch->thickness));
+    }
+    return list;
+}
+
+static json_t *sensor(const struct sensor_model *s)
+{
+    return json_pack(
+        "{s:f, s:f, s:f, s:f, s:i, s:i, s:o, s:o, s:f, s:s}", "electrons_per_radiance_second",
+        s->electrons, "dn_per_electron", s->dn_per_electron, "full_well", s->full_well,
+        "read_noise_e", s->read_noise, "black_level", s->black_level, "adc_max", s->adc_max,
+        "channel_gain", numbers(s->channel_gain, 3), "vignetting", numbers(s->vignetting, 3),
+        "prnu", 0.0, "model",
+        "DN = clip(round(black + (min(Poisson(L channel_gain k t V), full_well) + read_noise "
+        "N(0,1)) dn_per_electron), 0, adc_max); V = 1 + v1 q + v2 q^2 + v3 q^3, q = |pixel - "
+        "(cx,cy)|^2 / ((width/2)^2 + (height/2)^2)");
+}
+
+// ---- shots
+
+static json_t *exposures(const struct scene *scene, int shot)
+{
+    json_t *list = json_array();
+    for (int e = 0; e < scene->exposures; e++) {
+        char name[PHOTO_NAME];
+        sam_photo_name(name, scene, shot, e);
+        json_array_append_new(list,
+                              json_pack("{s:s, s:f}", "file", name, "time", scene->exposure[e]));
+    }
+    return list;
+}
+
+/** The angle between lamp and camera, seen from the sample. */
+static double phase_deg(const struct scene *scene, const struct lighting *light, vec3 eye)
+{
+    vec3 center = scene->sample.place.center;
+    vec3 a = vec3_sub(light->position, center), b = vec3_sub(eye, center);
+    return atan2(vec3_length(vec3_cross(a, b)), vec3_dot(a, b)) * 180 / CAP_PI;
+}
+
+static json_t *shot(const struct scene *scene, int index)
+{
+    const struct scene_shot *s = &scene->shot[index];
+    struct lighting light = sam_lighting(scene, s);
+    mat3 r = cal_rotation(s->view_from_world.rotation);
+    vec3 eye = cal_eye(s->view_from_world);
+    json_t *rows = json_array();
+    for (int i = 0; i < 3; i++)
+        json_array_append_new(rows, numbers(r.m[i], 3));
+    json_t *map = json_pack("{s:i, s:o, s:o, s:o, s:i, s:o, s:o, s:f, s:f}", "index", index, "R",
+                            rows, "t", point(s->view_from_world.translation), "eye", point(eye),
+                            "light", s->lamp, "light_position", point(light.position),
+                            "light_intensity", numbers(light.intensity, 3), "light_jitter",
+                            s->power, "phase_deg", phase_deg(scene, &light, eye));
+    if (scene->radiance) {
+        char name[PHOTO_NAME];
+        sam_shot_name(name, scene, index);
+        json_object_set_new(map, "radiance", json_sprintf("radiance/%s.exr", name));
+    }
+    json_object_set_new(map, "exposures", exposures(scene, index));
+    return map;
+}
+
+static json_t *truth(const struct scene *scene)
+{
+    const struct scene_board *board = &scene->board;
+    json_t *shots = json_array();
+    for (int i = 0; i < scene->shots; i++)
+        json_array_append_new(shots, shot(scene, i));
+    return json_pack("{s:s, s:I, s:o, s:o, s:{s:i, s:f}, s:o, s:o, s:{s:o, s:f, s:f, s:f},"
+                     " s:{s:f, s:f}, s:{s:f, s:f}, s:[], s:o, s:o, s:o, s:o, s:o}",
+                     "name", scene->name, "seed", (json_int_t)scene->seed, "conventions",
+                     conventions(), "camera", camera(&scene->camera), "render", "max_bounces", 0,
+                     "light_radius_mm", 0.0, "lights", lights(scene), "sample",
+                     sample(&scene->sample), "board", "size", numbers(board->size, 2), "albedo",
+                     board->albedo, "margin", board->margin, "paper_thickness", board->thickness,
+                     "paper", "white", board->white, "black", board->black, "post", "radius",
+                     scene->post.radius, "albedo", scene->post.albedo, "panels", "tags",
+                     tags(board), "white_patches", patches(scene), "sensor", sensor(&scene->sensor),
+                     "exposure_times", numbers(scene->exposure, scene->exposures), "shots", shots);
+}
+
+enum status sam_truth_write(const struct scene *scene, const char *path, struct error *err)
+{
+    json_t *root = truth(scene);
+    char *text = root ? json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17)) : NULL;
+    struct atomic_file file;
+    enum status status = STATUS_OK;
+    if (!text) {
+        status = cap_fail(err, STATUS_MEMORY, "%s: out of memory", path);
+    } else if (!(status = cap_file_begin(&file, path, true, err))) {
+        fputs(text, file.stream);
+        fputc('\n', file.stream);
+        status = cap_file_commit(&file, err);
+    }
+    free(text);
+    json_decref(root);
+    return status;
+}

@@ -1,0 +1,253 @@
+/* world.c -- what a ray of a scene meets, and whether the lamp sees it. */
+#include "world.h"
+
+#include <assert.h>
+#include <stdlib.h>
+
+// A ray that leaves a surface starts this far (mm) from it: well above the rounding of points some
+// metres away (1e-12 mm), far below what a photograph shows.
+static const double CLEAR = 1e-7;
+
+// ---- making ready
+
+static struct box slab_of(const struct scene_patch *patch)
+{
+    const vec3 *corner = patch->patch.corner;
+    vec3 x = vec3_sub(corner[1], corner[0]), y = vec3_sub(corner[3], corner[0]);
+    double width = vec3_length(x), height = vec3_length(y);
+    x = vec3_normalize(x);
+    y = vec3_normalize(y);
+    vec3 z = vec3_normalize(vec3_cross(x, y));
+    vec3 middle = vec3_scale(vec3_add(corner[0], corner[2]), 0.5);
+    return (struct box){
+        .center = vec3_sub(middle, vec3_scale(z, patch->thickness / 2)),
+        .axis = {x, y, z},
+        .half = {width / 2, height / 2, patch->thickness / 2},
+    };
+}
+
+/** From the sheet up to the middle of the sample, which hides its end. */
+static struct rod post_of(const struct scene *scene)
+{
+    vec3 top = scene->sample.place.center;
+    double low = -scene->board.thickness;
+    return (struct rod){.center = {top.x, top.y, (top.z + low) / 2},
+                        .axis = {0, 0, 1},
+                        .radius = scene->post.radius,
+                        .half = (top.z - low) / 2};
+}
+
+static bool same_plane(const struct paper_plane *plane, const struct tag_place *tag, vec3 normal)
+{
+    double off = vec3_dot(vec3_sub(tag->center, plane->origin), plane->normal);
+    return vec3_dot(normal, plane->normal) > 1 - 1e-12 && fabs(off) < 1e-9;
+}
+
+/** Neighbours in the list that share a plane are met by one crossing. */
+static void find_planes(struct world *world)
+{
+    const struct scene_board *board = &world->scene->board;
+    for (int i = 0; i < board->tags; i++) {
+        const struct tag_place *tag = &board->tag[i];
+        vec3 normal = vec3_cross(tag->x_axis, tag->y_axis);
+        struct paper_plane *last = world->planes ? &world->plane[world->planes - 1] : NULL;
+        if (last && same_plane(last, tag, normal))
+            last->count++;
+        else
+            world->plane[world->planes++] = (struct paper_plane){tag->center, normal, i, 1};
+    }
+}
+
+enum status sam_world_build(struct world *world, const struct scene *scene, struct error *err)
+{
+    const struct sample_place *place = &scene->sample.place;
+    struct world built = {.scene = scene};
+    built.plane = calloc((size_t)scene->board.tags + 1, sizeof *built.plane);
+    built.slab = calloc((size_t)scene->patches + 1, sizeof *built.slab);
+    if (!built.plane || !built.slab || !sam_tag_family(&built.family, scene->board.family)) {
+        sam_world_free(&built);
+        return cap_fail(err, STATUS_MEMORY, "%s: out of memory", scene->name);
+    }
+    find_planes(&built);
+    for (int i = 0; i < scene->patches; i++)
+        built.slab[i] = slab_of(&scene->patch[i]);
+    built.post = post_of(scene);
+    built.rod = (struct rod){.center = place->center,
+                             .axis = place->axis,
+                             .radius = place->radius,
+                             .half = place->height / 2};
+    *world = built;
+    return STATUS_OK;
+}
+
+void sam_world_free(struct world *world)
+{
+    free(world->plane);
+    free(world->slab);
+    sam_tag_family_free(&world->family);
+    *world = (struct world){0};
+}
+
+struct lighting sam_lighting(const struct scene *scene, const struct scene_shot *shot)
+{
+    const struct scene_lamp *lamp = &scene->lamp[shot->lamp];
+    struct lighting light = {.position = lamp->position};
+    for (int c = 0; c < 3; c++)
+        light.intensity[c] = lamp->intensity[c] * shot->power;
+    return light;
+}
+
+// ---- solids: sample, post, patches
+
+static struct crossing cross_sample(const struct world *world, struct ray ray)
+{
+    const struct sample_place *place = &world->scene->sample.place;
+    if (place->shape == SHAPE_SPHERE)
+        return sam_cross_sphere(ray, place->center, place->radius, CLEAR);
+    return sam_cross_rod(ray, &world->rod, CLEAR);
+}
+
+static struct crossing cross_post(const struct world *world, struct ray ray)
+{
+    if (world->post.radius > 0)
+        return sam_cross_rod(ray, &world->post, CLEAR);
+    return (struct crossing){.s = INFINITY};
+}
+
+/** The tag whose paper holds the point where the ray meets the plane; -1: none. *white says what
+ *  is printed there. */
+static int find_paper(const struct world *world, const struct paper_plane *plane, vec3 point,
+                      bool *white)
+{
+    const struct scene_board *board = &world->scene->board;
+    for (int i = plane->first; i < plane->first + plane->count; i++) {
+        const struct tag_place *tag = &board->tag[i];
+        vec3 d = vec3_sub(point, tag->center);
+        double x = vec3_dot(d, tag->x_axis), y = vec3_dot(d, tag->y_axis);
+        double half = tag->size / 2 + board->margin;
+        if (fabs(x) > half || fabs(y) > half)
+            continue;
+        double bits = world->family.border / tag->size;
+        *white = sam_tag_white(&world->family, tag->id, x * bits, y * bits);
+        return i;
+    }
+    return -1;
+}
+
+/** Where the ray meets the sheet, or INFINITY. */
+static double cross_sheet(const struct world *world, struct ray ray)
+{
+    const struct scene_board *board = &world->scene->board;
+    double s = sam_cross_plane(ray, (vec3){0, 0, -board->thickness}, (vec3){0, 0, 1}, CLEAR);
+    if (s == INFINITY)
+        return s;
+    vec3 p = sam_at(ray, s);
+    return fabs(p.x) <= board->size[0] / 2 && fabs(p.y) <= board->size[1] / 2 ? s : INFINITY;
+}
+
+/** Does anything stand on the ray before s = far? */
+static bool is_blocked(const struct world *world, struct ray ray, double far)
+{
+    if (cross_sample(world, ray).s < far || cross_post(world, ray).s < far)
+        return true;
+    for (int i = 0; i < world->scene->patches; i++)
+        if (sam_cross_box(ray, &world->slab[i], CLEAR).s < far)
+            return true;
+    for (int i = 0; i < world->planes; i++) {
+        const struct paper_plane *plane = &world->plane[i];
+        double s = sam_cross_plane(ray, plane->origin, plane->normal, CLEAR);
+        bool white;
+        if (s < far && find_paper(world, plane, sam_at(ray, s), &white) >= 0)
+            return true;
+    }
+    return cross_sheet(world, ray) < far;
+}
+
+// ---- the first thing on a ray
+
+/** The nearest crossing so far, and what it belongs to. */
+struct nearest {
+    struct crossing crossing;
+    enum matter matter;
+    int index, white;
+    double albedo;
+};
+
+static void keep(struct nearest *nearest, struct crossing c, enum matter matter, int index,
+                 double albedo)
+{
+    if (c.s < nearest->crossing.s)
+        *nearest = (struct nearest){c, matter, index, 0, albedo};
+}
+
+static void meet_papers(const struct world *world, struct ray ray, struct nearest *nearest)
+{
+    const struct scene_board *board = &world->scene->board;
+    for (int i = 0; i < world->planes; i++) {
+        const struct paper_plane *plane = &world->plane[i];
+        struct crossing c = {.normal = plane->normal};
+        c.s = sam_cross_plane(ray, plane->origin, plane->normal, CLEAR);
+        bool white = true;
+        if (c.s < nearest->crossing.s && find_paper(world, plane, sam_at(ray, c.s), &white) >= 0) {
+            keep(nearest, c, MATTER_PAPER, i, white ? board->white : board->black);
+            nearest->white = white;
+        }
+    }
+}
+
+static struct nearest meet(const struct world *world, struct ray ray)
+{
+    const struct scene *scene = world->scene;
+    struct nearest nearest = {.crossing = {.s = INFINITY}};
+    keep(&nearest, cross_sample(world, ray), MATTER_SAMPLE, 0, 0);
+    keep(&nearest, cross_post(world, ray), MATTER_POST, 0, scene->post.albedo);
+    for (int i = 0; i < scene->patches; i++)
+        keep(&nearest, sam_cross_box(ray, &world->slab[i], CLEAR), MATTER_PATCH, i,
+             scene->patch[i].patch.albedo);
+    meet_papers(world, ray, &nearest);
+    struct crossing sheet = {.s = cross_sheet(world, ray), .normal = {0, 0, 1}};
+    keep(&nearest, sheet, MATTER_SHEET, 0, scene->board.albedo);
+    return nearest;
+}
+
+struct spot sam_spot(const struct world *world, struct ray ray, const struct lighting *light)
+{
+    struct nearest n = meet(world, ray);
+    if (n.matter == MATTER_NONE)
+        return (struct spot){0};
+    struct spot spot = {.matter = n.matter, .albedo = n.albedo, .normal = n.crossing.normal};
+    spot.point = sam_at(ray, n.crossing.s);
+    vec3 to_lamp = vec3_sub(light->position, spot.point);
+    double distance = vec3_length(to_lamp);
+    struct ray towards = {spot.point, vec3_scale(to_lamp, 1 / distance)};
+    // Paper and sheet have a back, which stays dark; solids show no back.
+    spot.lit = vec3_dot(to_lamp, spot.normal) > 0 && vec3_dot(ray.direction, spot.normal) < 0
+               && !is_blocked(world, towards, distance);
+    spot.id = (((int)n.matter * 1000 + n.index) * 8 + n.crossing.face) * 4 + n.white * 2 + spot.lit;
+    return spot;
+}
+
+// ---- its radiance
+
+void sam_shade(const struct world *world, const struct spot *spot, const struct lighting *light,
+               vec3 view, double rgb[3])
+{
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    if (!spot->lit)
+        return;
+    vec3 to_lamp = vec3_sub(light->position, spot->point);
+    double r2 = vec3_dot(to_lamp, to_lamp);
+    vec3 wi = vec3_scale(to_lamp, 1 / sqrt(r2)), wo = vec3_scale(view, -1);
+    double cos_i = vec3_dot(wi, spot->normal), cos_o = vec3_dot(wo, spot->normal);
+    double f[3] = {spot->albedo / CAP_PI, spot->albedo / CAP_PI, spot->albedo / CAP_PI};
+    if (spot->matter == MATTER_SAMPLE) {
+        const struct scene_sample *sample = &world->scene->sample;
+        vec3 x, y, z = spot->normal;
+        sam_frame(z, &x, &y);
+        vec3 wi_local = {vec3_dot(wi, x), vec3_dot(wi, y), cos_i};
+        vec3 wo_local = {vec3_dot(wo, x), vec3_dot(wo, y), cos_o};
+        sample->model->eval(sample->parameter, wi_local, wo_local, f);
+    }
+    for (int c = 0; c < 3; c++)
+        rgb[c] = f[c] * light->intensity[c] * cos_i / r2;
+}
