@@ -60,15 +60,18 @@ typedef struct {
 
 static inline vec3 vec3_add(vec3 a, vec3 b)
 {
-    return (vec3){a.x + b.x, a.y + b.y, a.z + b.z};
+    vec3 v = {a.x + b.x, a.y + b.y, a.z + b.z};
+    return v;
 }
 static inline vec3 vec3_sub(vec3 a, vec3 b)
 {
-    return (vec3){a.x - b.x, a.y - b.y, a.z - b.z};
+    vec3 v = {a.x - b.x, a.y - b.y, a.z - b.z};
+    return v;
 }
 static inline vec3 vec3_scale(vec3 a, double s)
 {
-    return (vec3){a.x * s, a.y * s, a.z * s};
+    vec3 v = {a.x * s, a.y * s, a.z * s};
+    return v;
 }
 static inline double vec3_dot(vec3 a, vec3 b)
 {
@@ -76,7 +79,8 @@ static inline double vec3_dot(vec3 a, vec3 b)
 }
 static inline vec3 vec3_cross(vec3 a, vec3 b)
 {
-    return (vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    vec3 v = {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    return v;
 }
 static inline double vec3_length(vec3 a)
 {

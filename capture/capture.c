@@ -1,0 +1,241 @@
+/* capture.c -- a capture folder: capture.yaml, the photographs it selects, and their metadata. */
+#include "photo.h"
+#include "shots.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Without `photos`, these are photographs. */
+static bool is_image_name(const char *name)
+{
+    static const char *const endings[] = {".tif", ".tiff", ".jpg", ".jpeg"};
+    const char *dot = strrchr(name, '.');
+    for (size_t i = 0; dot && i < sizeof endings / sizeof *endings; i++)
+        if (strcasecmp(dot, endings[i]) == 0)
+            return true;
+    return false;
+}
+
+static bool is_selected(const struct capture_yaml_root *root, const char *name)
+{
+    if (name[0] == '.' || capture_yaml_matches(root->dark, root->darks, name)
+        || capture_yaml_matches(root->flat, root->flats, name)
+        || capture_yaml_matches(root->ambient, root->ambients, name))
+        return false;
+    return root->photos ? capture_yaml_matches(root->photos->pattern, root->photos->patterns, name)
+                        : is_image_name(name);
+}
+
+static int by_name(const void *a, const void *b)
+{
+    return natural_order(((const struct photo *)a)->name, ((const struct photo *)b)->name);
+}
+
+static enum status add_photo(struct capture *capture, const char *name, struct error *err)
+{
+    struct photo *grown = realloc(capture->photo, (size_t)(capture->photos + 1) * sizeof *grown);
+    if (grown)
+        capture->photo = grown;
+    char *copy = grown ? strdup(name) : NULL;
+    if (!copy)
+        return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+    capture->photo[capture->photos++] = (struct photo){.name = copy, .light = -1, .shot = -1};
+    return STATUS_OK;
+}
+
+/* A calibration frame: one file, which has to be there. */
+static enum status take_frame(char **frame, const char *name, char *const *glob, unsigned globs,
+                              const char *key, struct error *err)
+{
+    if (!capture_yaml_matches(glob, globs, name))
+        return STATUS_OK;
+    if (*frame)
+        return cap_fail(err, STATUS_DATA, "%s and %s: `%s` is one photograph in this version",
+                        *frame, name, key);
+    *frame = strdup(name);
+    return *frame ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%s", name);
+}
+
+static enum status take_name(struct capture *capture, const struct capture_yaml_root *root,
+                             const char *name, struct error *err)
+{
+    enum status status = take_frame(&capture->flat, name, root->flat, root->flats, "flat", err);
+    if (!status)
+        status = take_frame(&capture->dark, name, root->dark, root->darks, "dark", err);
+    if (!status && is_selected(root, name))
+        status = add_photo(capture, name, err);
+    return status;
+}
+
+static enum status list_photos(struct capture *capture, const struct capture_yaml_root *root,
+                               struct error *err)
+{
+    DIR *folder = opendir(capture->folder);
+    if (!folder)
+        return cap_fail(err, STATUS_IO, "%s: %s", capture->folder, strerror(errno));
+    enum status status = STATUS_OK;
+    for (struct dirent *entry; !status && (entry = readdir(folder));)
+        status = take_name(capture, root, entry->d_name, err);
+    closedir(folder);
+    if (status)
+        return status;
+    if (capture->photos == 0)
+        return cap_fail(err, STATUS_IO, "%s: no photographs here%s", capture->folder,
+                        root->photos ? " match `photos` of capture.yaml" : " (TIFF or JPEG)");
+    if ((root->flats && !capture->flat) || (root->darks && !capture->dark))
+        return cap_fail(err, STATUS_IO, "%s: no file matches `%s` of capture.yaml", capture->folder,
+                        capture->flat || !root->flats ? "dark" : "flat");
+    qsort(capture->photo, (size_t)capture->photos, sizeof *capture->photo, by_name);
+    return STATUS_OK;
+}
+
+/* What the file says; false: it cannot be read, and *err tells why. */
+static bool read_metadata(struct photo *photo, const char *folder, struct error *err)
+{
+    struct photo_file *file = NULL;
+    char *path = cap_path(folder, photo->name);
+    if (!path) {
+        cap_fail(err, STATUS_MEMORY, "%s", photo->name);
+        return false;
+    }
+    enum status status = photo_open(&file, path, err);
+    if (!status) {
+        char *name = photo->name;
+        *photo = file->info;
+        photo->name = name;
+    }
+    photo_close(file);
+    free(path);
+    return status == STATUS_OK;
+}
+
+/* Photographs that cannot be read are left out, and named in their order. */
+static enum status read_photos(struct capture *capture, struct run *run, struct error *err)
+{
+    int count = capture->photos, kept = 0;
+    struct error *story = calloc((size_t)count, sizeof *story);
+    if (!story)
+        return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+#pragma omp parallel for schedule(dynamic) num_threads(run->threads)
+    for (int i = 0; i < count; i++)
+        read_metadata(&capture->photo[i], capture->folder, &story[i]);
+    for (int i = 0; i < count; i++) {
+        if (story[i].status) {
+            cap_warn(run, "%s: this photograph is left out", story[i].text);
+            free(capture->photo[i].name);
+        } else {
+            capture->photo[kept++] = capture->photo[i];
+        }
+    }
+    free(story);
+    capture->photos = kept;
+    return kept > 0 ? STATUS_OK
+                    : cap_fail(err, STATUS_IO, "%s: none of %d photographs can be read",
+                               capture->folder, count);
+}
+
+static void apply_overrides(struct capture *capture, const struct capture_yaml *yaml)
+{
+    for (unsigned k = 0; k < yaml->root->overrides; k++) {
+        const struct yaml_override *o = &yaml->root->override[k];
+        for (int i = 0; i < capture->photos; i++) {
+            struct photo *photo = &capture->photo[i];
+            if (!capture_yaml_matches(o->photo, o->photos, photo->name))
+                continue;
+            photo->exposure_time = o->exposure_time > 0 ? o->exposure_time : photo->exposure_time;
+            photo->aperture = o->aperture > 0 ? o->aperture : photo->aperture;
+            photo->iso = o->iso > 0 ? o->iso : photo->iso;
+        }
+    }
+}
+
+static enum status assign_lights(struct capture *capture, const struct capture_yaml *yaml,
+                                 struct error *err)
+{
+    const struct capture_yaml_root *root = yaml->root;
+    for (int i = 0; i < capture->photos; i++) {
+        struct photo *photo = &capture->photo[i];
+        photo->light = root->lights == 0 ? 0 : -1;
+        for (unsigned k = 0; k < root->lights; k++) {
+            if (!capture_yaml_matches(root->light[k].photo, root->light[k].photos, photo->name))
+                continue;
+            if (photo->light >= 0)
+                return cap_fail(err, STATUS_DATA, "%s/%s belongs to two lamps, %s and %s",
+                                capture->folder, photo->name, root->light[photo->light].name,
+                                root->light[k].name);
+            photo->light = (int)k;
+        }
+        if (photo->light < 0)
+            return cap_fail(err, STATUS_DATA,
+                            "%s/%s belongs to no lamp: add it to one under `lights` in "
+                            "capture.yaml, or leave it out of `photos`",
+                            capture->folder, photo->name);
+    }
+    return STATUS_OK;
+}
+
+static enum status fill(struct capture *capture, const struct capture_yaml *yaml, struct run *run,
+                        struct error *err)
+{
+    enum status status = capture_check(capture, yaml, err);
+    if (!status)
+        status = list_photos(capture, yaml->root, err);
+    if (!status)
+        status = read_photos(capture, run, err);
+    if (!status)
+        apply_overrides(capture, yaml);
+    if (!status)
+        status = assign_lights(capture, yaml, err);
+    return status ? status : shots_group(capture, yaml, err);
+}
+
+enum status cap_capture_read(struct capture *capture, const char *folder, struct run *run,
+                             struct error *err)
+{
+    struct capture made = {.folder = strdup(folder)};
+    struct capture_yaml yaml = {0};
+    char *path = cap_path(folder, "capture.yaml");
+    enum status status = STATUS_OK;
+    if (!made.folder || !path)
+        status = cap_fail(err, STATUS_MEMORY, "%s", folder);
+    if (!status)
+        status = capture_yaml_read(&yaml, path, err);
+    if (!status)
+        status = fill(&made, &yaml, run, err);
+    if (!status) {
+        *capture = made;
+        made = (struct capture){0};  // the caller's now
+    }
+    free(path);
+    capture_yaml_free(&yaml);
+    cap_capture_free(&made);
+    return status;
+}
+
+void cap_capture_free(struct capture *capture)
+{
+    for (int i = 0; i < capture->lights; i++)
+        free(capture->light[i].name);
+    for (int i = 0; i < capture->photos; i++)
+        free(capture->photo[i].name);
+    for (int i = 0; i < capture->shots; i++) {
+        free(capture->shot[i].name);
+        free(capture->shot[i].photo);
+    }
+    for (int i = 0; i < capture->cameras; i++)
+        free(capture->camera[i].name);
+    free(capture->folder);
+    free(capture->family);
+    free(capture->tag);
+    free(capture->patch);
+    free(capture->light);
+    free(capture->photo);
+    free(capture->shot);
+    free(capture->camera);
+    free(capture->flat);
+    free(capture->dark);
+    free(capture->ambient);
+    *capture = (struct capture){0};
+}

@@ -1,0 +1,282 @@
+/* capture_check.c -- what capture.yaml's values mean: units, unit vectors, planes, unique ids.
+ *
+ * Everything found wrong is told with the file, the line and the key.
+ */
+#include "capture_yaml.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+// A ruler and a pocket calculator give axes to three digits.
+static const double axis_tolerance = 1e-3;
+
+static vec3 vec3_of(const double v[3])
+{
+    return (vec3){v[0], v[1], v[2]};
+}
+
+static bool is_there(const struct capture_yaml *yaml, const char *path)
+{
+    return yaml_source_line(&yaml->source, path) > 0;
+}
+
+/* path.key as a unit vector; where it is absent, fallback. */
+static enum status take_axis(vec3 *axis, const struct capture_yaml *yaml, const char *path,
+                             const double given[3], vec3 fallback, struct error *err)
+{
+    *axis = fallback;
+    if (!is_there(yaml, path))
+        return STATUS_OK;
+    vec3 v = vec3_of(given);
+    if (!(fabs(vec3_length(v) - 1) <= axis_tolerance))
+        return yaml_source_fail(&yaml->source, err, path, "this axis has length %g, not 1",
+                                vec3_length(v));
+    *axis = vec3_normalize(v);
+    return STATUS_OK;
+}
+
+static enum status check_tag(struct tag_place *tag, const struct capture_yaml *yaml, unsigned i,
+                             struct error *err)
+{
+    const struct yaml_tag *given = &yaml->root->board->tag[i];
+    char path[64];
+    snprintf(path, sizeof path, "board.tags[%u].size", i);
+    if (!(given->size > 0))
+        return yaml_source_fail(&yaml->source, err, path, "has to be positive");
+    *tag =
+        (struct tag_place){.id = given->id, .size = given->size, .center = vec3_of(given->center)};
+    snprintf(path, sizeof path, "board.tags[%u].id", i);
+    if (given->id < 0)
+        return yaml_source_fail(&yaml->source, err, path, "ids of tags are not negative");
+    for (unsigned k = 0; k < i; k++)
+        if (yaml->root->board->tag[k].id == given->id)
+            return yaml_source_fail(&yaml->source, err, path, "tag %d stands here twice",
+                                    given->id);
+    snprintf(path, sizeof path, "board.tags[%u].x_axis", i);
+    enum status status = take_axis(&tag->x_axis, yaml, path, given->x_axis, (vec3){1, 0, 0}, err);
+    snprintf(path, sizeof path, "board.tags[%u].y_axis", i);
+    if (!status)
+        status = take_axis(&tag->y_axis, yaml, path, given->y_axis, (vec3){0, 1, 0}, err);
+    if (!status && !(fabs(vec3_dot(tag->x_axis, tag->y_axis)) <= axis_tolerance))
+        status = yaml_source_fail(&yaml->source, err, path, "is not at right angles to x_axis");
+    return status;
+}
+
+static enum status check_board(struct capture *capture, const struct capture_yaml *yaml,
+                               struct error *err)
+{
+    const struct yaml_board *board = yaml->root->board;
+    if (!board)
+        return STATUS_OK;
+    capture->family = strdup(board->family);
+    capture->tag = calloc(board->tags, sizeof *capture->tag);
+    if (!capture->family || !capture->tag)
+        return cap_fail(err, STATUS_MEMORY, "%s", yaml->source.file);
+    capture->tags = (int)board->tags;
+    enum status status = STATUS_OK;
+    for (unsigned i = 0; i < board->tags && !status; i++)
+        status = check_tag(&capture->tag[i], yaml, i, err);
+    return status;
+}
+
+static enum status check_sample(struct capture *capture, const struct capture_yaml *yaml,
+                                struct error *err)
+{
+    const struct yaml_sample *given = yaml->root->sample;
+    struct sample_place *sample = &capture->sample;
+    if (!given)
+        return STATUS_OK;
+    if (strcmp(given->shape, "sphere") == 0)
+        sample->shape = SHAPE_SPHERE;
+    else if (strcmp(given->shape, "cylinder") == 0)
+        sample->shape = SHAPE_CYLINDER;
+    else if (strcmp(given->shape, "mesh") == 0)
+        return yaml_source_fail(&yaml->source, err, "sample.shape",
+                                "this version reconstructs spheres and cylinders, no meshes yet");
+    else
+        return yaml_source_fail(&yaml->source, err, "sample.shape",
+                                "'%s' is no shape; use sphere or cylinder", given->shape);
+    bool cylinder = sample->shape == SHAPE_CYLINDER;
+    static const char *const mesh_only[] = {"sample.file", "sample.pose"};
+    for (int i = 0; i < 2; i++)
+        if (is_there(yaml, mesh_only[i]))
+            return yaml_source_fail(&yaml->source, err, mesh_only[i], "only a mesh has this");
+    if (!is_there(yaml, "sample.center"))
+        return yaml_source_fail(&yaml->source, err, "sample.center", "is missing");
+    if (!(given->radius > 0))
+        return yaml_source_fail(&yaml->source, err, "sample.radius", "has to be positive");
+    if (cylinder && !(given->height > 0))
+        return yaml_source_fail(&yaml->source, err, "sample.height", "has to be positive");
+    if (!cylinder && (is_there(yaml, "sample.height") || is_there(yaml, "sample.axis")))
+        return yaml_source_fail(&yaml->source, err,
+                                is_there(yaml, "sample.height") ? "sample.height" : "sample.axis",
+                                "a sphere has none");
+    if (cylinder && !is_there(yaml, "sample.axis"))
+        return yaml_source_fail(&yaml->source, err, "sample.axis", "is missing");
+    sample->radius = given->radius;
+    sample->height = cylinder ? given->height : 0;
+    sample->center = vec3_of(given->center);
+    return take_axis(&sample->axis, yaml, "sample.axis", given->axis, (vec3){0, 0, 1}, err);
+}
+
+/* A patch: plane to a hundredth of its size, convex, its corners in order and apart. */
+static bool is_flat_convex(const vec3 corner[4])
+{
+    vec3 normal = vec3_cross(vec3_sub(corner[2], corner[0]), vec3_sub(corner[3], corner[1]));
+    double twice_area = vec3_length(normal);
+    double diagonal = vec3_length(vec3_sub(corner[2], corner[0]));
+    if (!(twice_area > 1e-6 * diagonal * diagonal))
+        return false;
+    normal = vec3_scale(normal, 1 / twice_area);
+    for (int k = 0; k < 4; k++) {
+        vec3 along = vec3_sub(corner[(k + 1) % 4], corner[k]);
+        vec3 next = vec3_sub(corner[(k + 2) % 4], corner[(k + 1) % 4]);
+        if (!(vec3_dot(vec3_cross(along, next), normal) > 0)
+            || fabs(vec3_dot(along, normal)) > 0.01 * diagonal)
+            return false;
+    }
+    return true;
+}
+
+static enum status check_patches(struct capture *capture, const struct capture_yaml *yaml,
+                                 struct error *err)
+{
+    unsigned count = yaml->root->patches;
+    if (count == 0)
+        return STATUS_OK;
+    capture->patch = calloc(count, sizeof *capture->patch);
+    if (!capture->patch)
+        return cap_fail(err, STATUS_MEMORY, "%s", yaml->source.file);
+    capture->patches = (int)count;
+    for (unsigned i = 0; i < count; i++) {
+        const struct yaml_patch *given = &yaml->root->patch[i];
+        struct patch *patch = &capture->patch[i];
+        char path[64];
+        snprintf(path, sizeof path, "reference[%u].albedo", i);
+        if (!(given->albedo > 0 && given->albedo <= 1))
+            return yaml_source_fail(&yaml->source, err, path, "has to be above 0 and at most 1");
+        patch->albedo = given->albedo;
+        for (int k = 0; k < 4; k++)
+            patch->corner[k] = vec3_of(given->corner[k]);
+        snprintf(path, sizeof path, "reference[%u].corners", i);
+        if (!is_flat_convex(patch->corner))
+            return yaml_source_fail(&yaml->source, err, path,
+                                    "these are not the corners of a flat patch: bottom left, "
+                                    "bottom right, top right, top left");
+    }
+    return STATUS_OK;
+}
+
+static enum status check_light(struct light_place *light, const struct capture_yaml *yaml,
+                               unsigned i, struct error *err)
+{
+    const struct yaml_light *given = &yaml->root->light[i];
+    char path[64];
+    snprintf(path, sizeof path, "lights[%u].name", i);
+    for (unsigned k = 0; k < i; k++)
+        if (strcmp(yaml->root->light[k].name, given->name) == 0)
+            return yaml_source_fail(&yaml->source, err, path, "two lamps are called '%s'",
+                                    given->name);
+    snprintf(path, sizeof path, "lights[%u].frame", i);
+    if (given->frame && strcmp(given->frame, "world") != 0 && strcmp(given->frame, "camera") != 0)
+        return yaml_source_fail(&yaml->source, err, path, "'%s' is neither world nor camera",
+                                given->frame);
+    light->on_camera = given->frame && strcmp(given->frame, "camera") == 0;
+    snprintf(path, sizeof path, "lights[%u].position", i);
+    light->has_position = is_there(yaml, path);
+    light->position = vec3_of(given->position);
+    light->name = strdup(given->name);
+    return light->name ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%s", yaml->source.file);
+}
+
+static enum status check_lights(struct capture *capture, const struct capture_yaml *yaml,
+                                struct error *err)
+{
+    unsigned count = yaml->root->lights;
+    capture->light = calloc(count > 0 ? count : 1, sizeof *capture->light);
+    if (!capture->light)
+        return cap_fail(err, STATUS_MEMORY, "%s", yaml->source.file);
+    capture->lights = count > 0 ? (int)count : 1;
+    enum status status = STATUS_OK;
+    if (count == 0 && !(capture->light[0].name = strdup("light")))
+        status = cap_fail(err, STATUS_MEMORY, "%s", yaml->source.file);
+    for (unsigned i = 0; i < count && !status; i++)
+        status = check_light(&capture->light[i], yaml, i, err);
+    return status;
+}
+
+static enum status check_response(struct capture *capture, const struct capture_yaml *yaml,
+                                  struct error *err)
+{
+    const char *name = yaml->root->response;
+    capture->response = RESPONSE_SRGB;
+    if (!name || strcmp(name, "srgb") == 0)
+        return STATUS_OK;
+    if (strcmp(name, "linear") != 0)
+        return yaml_source_fail(&yaml->source, err, "response",
+                                "'%s' is not supported yet; use srgb or linear", name);
+    capture->response = RESPONSE_LINEAR;
+    return STATUS_OK;
+}
+
+static enum status check_noise(struct capture *capture, const struct capture_yaml *yaml,
+                               struct error *err)
+{
+    const struct yaml_noise none = {0}, *given = yaml->root->noise ? yaml->root->noise : &none;
+    capture->black = is_there(yaml, "noise.black") ? given->black : NAN;
+    capture->white = is_there(yaml, "noise.white") ? given->white : NAN;
+    capture->gain = is_there(yaml, "noise.gain") ? given->gain : NAN;
+    capture->read_noise = is_there(yaml, "noise.read_noise") ? given->read_noise : NAN;
+    if (capture->white <= 0 || capture->white <= capture->black)
+        return yaml_source_fail(&yaml->source, err, "noise.white",
+                                "has to be positive and above black");
+    if (capture->gain <= 0)
+        return yaml_source_fail(&yaml->source, err, "noise.gain", "has to be positive");
+    if (capture->read_noise < 0)
+        return yaml_source_fail(&yaml->source, err, "noise.read_noise", "is not negative");
+    if (!isnan(capture->read_noise) && isnan(capture->gain))
+        return yaml_source_fail(&yaml->source, err, "noise.read_noise",
+                                "is in electrons: gain (electrons per DN) is needed with it");
+    return STATUS_OK;
+}
+
+static enum status check_supported(const struct capture_yaml *yaml, struct error *err)
+{
+    static const char *const later[] = {"occluders", "ambient"};
+    if (yaml->root->goniocam != 1)
+        return yaml_source_fail(&yaml->source, err, "goniocam",
+                                "format %d is unknown to this version, which reads format 1",
+                                yaml->root->goniocam);
+    for (int i = 0; i < 2; i++)
+        if (is_there(yaml, later[i]))
+            return yaml_source_fail(&yaml->source, err, later[i],
+                                    "is not supported by this version; remove it to go on "
+                                    "without");
+    return STATUS_OK;
+}
+
+enum status capture_check(struct capture *capture, const struct capture_yaml *yaml,
+                          struct error *err)
+{
+    enum status status = check_supported(yaml, err);
+    if (!status)
+        status = check_board(capture, yaml, err);
+    if (!status)
+        status = check_sample(capture, yaml, err);
+    if (!status)
+        status = check_patches(capture, yaml, err);
+    if (!status)
+        status = check_lights(capture, yaml, err);
+    if (!status)
+        status = check_response(capture, yaml, err);
+    if (!status)
+        status = check_noise(capture, yaml, err);
+    return status;
+}
+
+vec3 cap_tag_corner(const struct tag_place *tag, int k)
+{
+    double right = k == 1 || k == 2 ? 0.5 : -0.5, up = k >= 2 ? 0.5 : -0.5;
+    return vec3_add(tag->center, vec3_add(vec3_scale(tag->x_axis, right * tag->size),
+                                          vec3_scale(tag->y_axis, up * tag->size)));
+}

@@ -1,0 +1,78 @@
+/* capture_yaml.h -- capture.yaml as it is written, before anything is looked up or checked. */
+#ifndef GONIOCAM_CAPTURE_YAML_H
+#define GONIOCAM_CAPTURE_YAML_H
+
+#include "yaml_source.h"
+
+struct yaml_tag {
+    int id;
+    double size, center[3], x_axis[3], y_axis[3];
+};
+struct yaml_board {
+    char *family;
+    struct yaml_tag *tag;
+    unsigned tags;
+};
+struct yaml_sample {
+    char *shape, *file;
+    double radius, height, center[3], axis[3], pose[6];
+};
+struct yaml_patch {
+    double albedo, corner[4][3];
+};
+/** Selections are globs on the file name. */
+struct yaml_photos {
+    char **pattern;
+    unsigned patterns;
+};
+struct yaml_light {
+    char *name, *frame;
+    char **photo;
+    unsigned photos;
+    double position[3];
+};
+struct yaml_shot {
+    char *name;
+    char **photo;
+    unsigned photos;
+};
+struct yaml_override {
+    char **photo;
+    unsigned photos;
+    double exposure_time, aperture, iso;
+};
+struct yaml_noise {
+    double black, white, gain, read_noise;
+};
+
+/** What is optional and absent is NULL or 0; of numbers, the source tells whether they stand
+ *  there. Owns all; {0} is empty; release with capture_yaml_free(). */
+struct capture_yaml {
+    struct yaml_source source;
+    struct capture_yaml_root {
+        int goniocam;
+        struct yaml_board *board;
+        struct yaml_sample *sample;
+        struct yaml_patch *patch;
+        struct yaml_photos *photos;
+        struct yaml_light *light;
+        struct yaml_shot *shot;
+        struct yaml_override *override;
+        struct yaml_noise *noise;
+        char *response;
+        char **dark, **flat, **ambient;
+        unsigned patches, lights, shots, overrides, darks, flats, ambients;
+    } * root;
+};
+
+/** STATUS_IO; STATUS_FORMAT with file, line and key. */
+enum status capture_yaml_read(struct capture_yaml *yaml, const char *file, struct error *err);
+void capture_yaml_free(struct capture_yaml *yaml);
+/** Does a file name match one of the globs? */
+bool capture_yaml_matches(char *const *glob, unsigned globs, const char *name);
+
+/** Check what the values mean, and put board, sample, patches, lights, response and noise into
+ *  *capture. STATUS_FORMAT with file, line and key. */
+enum status capture_check(struct capture *capture, const struct capture_yaml *yaml,
+                          struct error *err);
+#endif

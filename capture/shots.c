@@ -1,0 +1,199 @@
+/* shots.c -- photographs, ordered by name, become shots.
+ *
+ * A new shot starts when the lamp, the camera, the size or a setting other than exposure time
+ * changes, or when an exposure time repeats. Shots named in capture.yaml come before that rule.
+ */
+#include "shots.h"
+
+#include <assert.h>
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+
+// EXIF rounds times to a rational; brackets step by a third of a stop (26 %) and more.
+static const double same_time = 0.01;
+
+int natural_order(const char *a, const char *b)
+{
+    const char *const whole_a = a, *const whole_b = b;
+    while (*a && *b) {
+        if (isdigit((unsigned char)*a) && isdigit((unsigned char)*b)) {
+            while (*a == '0')
+                a++;
+            while (*b == '0')
+                b++;
+            size_t digits_a = strspn(a, "0123456789"), digits_b = strspn(b, "0123456789");
+            if (digits_a != digits_b)
+                return digits_a < digits_b ? -1 : 1;
+            int order = strncmp(a, b, digits_a);
+            if (order)
+                return order;
+            a += digits_a;
+            b += digits_b;
+        } else if (*a != *b) {
+            return (unsigned char)*a < (unsigned char)*b ? -1 : 1;
+        } else {
+            a++;
+            b++;
+        }
+    }
+    if (*a || *b)
+        return *a ? 1 : -1;
+    return strcmp(whole_a, whole_b);  // "a1" and "a01"
+}
+
+static bool same_camera(const struct photo *a, const struct photo *b)
+{
+    return a->width == b->width && a->height == b->height && a->bits == b->bits
+           && a->encoded == b->encoded && a->focal_length == b->focal_length
+           && strcmp(a->make, b->make) == 0 && strcmp(a->model, b->model) == 0;
+}
+
+static bool same_settings(const struct photo *a, const struct photo *b)
+{
+    return a->light == b->light && same_camera(a, b) && a->aperture == b->aperture
+           && a->iso == b->iso;
+}
+
+static bool time_repeats(const struct capture *capture, const struct shot *shot, double time)
+{
+    for (int k = 0; k < shot->photos; k++) {
+        double other = capture->photo[shot->photo[k]].exposure_time;
+        if (fabs(other - time) < same_time * time)
+            return true;
+    }
+    return false;
+}
+
+static enum status append(struct shot *shot, struct capture *capture, int photo, struct error *err)
+{
+    int *grown = realloc(shot->photo, (size_t)(shot->photos + 1) * sizeof *grown);
+    if (!grown)
+        return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+    shot->photo = grown;
+    shot->photo[shot->photos++] = photo;
+    shot->light = capture->photo[photo].light;
+    capture->photo[photo].shot = (int)(shot - capture->shot);
+    return STATUS_OK;
+}
+
+/* The new shot; NULL: out of memory. There is room for one shot a photograph. */
+static struct shot *new_shot(struct capture *capture, const char *name, size_t length)
+{
+    struct shot *shot = &capture->shot[capture->shots];
+    *shot = (struct shot){.name = strndup(name, length)};
+    if (!shot->name)
+        return NULL;
+    capture->shots++;
+    return shot;
+}
+
+static enum status take_named_shot(struct capture *capture, const struct capture_yaml *yaml,
+                                   unsigned index, struct error *err)
+{
+    const struct yaml_shot *given = &yaml->root->shot[index];
+    struct shot *shot = NULL;
+    enum status status = STATUS_OK;
+    for (int i = 0; i < capture->photos && !status; i++) {
+        const struct photo *photo = &capture->photo[i];
+        if (!capture_yaml_matches(given->photo, given->photos, photo->name))
+            continue;
+        if (photo->shot >= 0)
+            return cap_fail(err, STATUS_DATA, "%s/%s belongs to the shots %s and %s of `shots`",
+                            capture->folder, photo->name, capture->shot[photo->shot].name,
+                            given->name);
+        if (!shot && !(shot = new_shot(capture, given->name, strlen(given->name))))
+            return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+        if (shot->photos > 0 && !same_settings(&capture->photo[shot->photo[0]], photo))
+            return cap_fail(err, STATUS_DATA,
+                            "%s/%s: lamp, camera or settings differ from the rest of shot %s",
+                            capture->folder, photo->name, given->name);
+        status = append(shot, capture, i, err);
+    }
+    return status;
+}
+
+static enum status take_brackets(struct capture *capture, struct error *err)
+{
+    struct shot *shot = NULL;
+    enum status status = STATUS_OK;
+    for (int i = 0; i < capture->photos && !status; i++) {
+        const struct photo *photo = &capture->photo[i];
+        if (photo->shot >= 0) {
+            shot = NULL;
+            continue;
+        }
+        const char *dot = strrchr(photo->name, '.');
+        size_t length = dot ? (size_t)(dot - photo->name) : strlen(photo->name);
+        if (!shot || !same_settings(&capture->photo[shot->photo[0]], photo)
+            || time_repeats(capture, shot, photo->exposure_time))
+            shot = new_shot(capture, photo->name, length);
+        status = shot ? append(shot, capture, i, err)
+                      : cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+    }
+    return status;
+}
+
+static enum status check_names(const struct capture *capture, struct error *err)
+{
+    for (int i = 0; i < capture->shots; i++) {
+        if (strchr(capture->shot[i].name, '/'))
+            return cap_fail(err, STATUS_DATA, "%s: the name of shot %s may hold no '/'",
+                            capture->folder, capture->shot[i].name);
+        for (int k = 0; k < i; k++)
+            if (strcmp(capture->shot[i].name, capture->shot[k].name) == 0)
+                return cap_fail(err, STATUS_DATA, "%s: two shots are called %s: rename one",
+                                capture->folder, capture->shot[i].name);
+    }
+    return STATUS_OK;
+}
+
+static enum status find_cameras(struct capture *capture, struct error *err)
+{
+    assert(capture->shots > 0);
+    capture->camera = calloc((size_t)capture->shots, sizeof *capture->camera);
+    if (!capture->camera)
+        return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+    for (int s = 0; s < capture->shots; s++) {
+        const struct photo *photo = &capture->photo[capture->shot[s].photo[0]];
+        int known = -1;
+        for (int k = 0; k < s && known < 0; k++)
+            if (same_camera(&capture->photo[capture->shot[k].photo[0]], photo))
+                known = capture->shot[k].camera;
+        if (known < 0) {
+            struct camera_kind *camera = &capture->camera[capture->cameras];
+            camera->width = photo->width;
+            camera->height = photo->height;
+            camera->focal_length = photo->focal_length;
+            if (asprintf(&camera->name, "camera%d", capture->cameras) < 0) {
+                camera->name = NULL;
+                return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+            }
+            known = capture->cameras++;
+        }
+        capture->shot[s].camera = known;
+    }
+    return STATUS_OK;
+}
+
+enum status shots_group(struct capture *capture, const struct capture_yaml *yaml, struct error *err)
+{
+    assert(capture->photos > 0);
+    for (int i = 0; i < capture->photos; i++)
+        if (!(capture->photo[i].exposure_time > 0))
+            return cap_fail(err, STATUS_DATA,
+                            "%s/%s: no exposure time in its EXIF data; give one under `overrides` "
+                            "in capture.yaml",
+                            capture->folder, capture->photo[i].name);
+    capture->shot = calloc((size_t)capture->photos, sizeof *capture->shot);
+    if (!capture->shot)
+        return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+    enum status status = STATUS_OK;
+    for (unsigned k = 0; k < yaml->root->shots && !status; k++)
+        status = take_named_shot(capture, yaml, k, err);
+    if (!status)
+        status = take_brackets(capture, err);
+    if (!status)
+        status = check_names(capture, err);
+    return status ? status : find_cameras(capture, err);
+}

@@ -1,0 +1,312 @@
+/* tiff_read.c -- TIFF photographs: 8 or 16 bits, RGB, in strips or tiles, any compression.
+ *
+ * Rows of interleaved strips are decoded one by one, so that memory stays small whatever the size
+ * of a strip; tiles and separate planes go through a band of rows. libtiff's messages are caught
+ * by a handler of the file's own (libtiff 4.5), and end up in struct error.
+ */
+#include "photo.h"
+
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <tiffio.h>
+
+struct tiff_file {
+    struct photo_file base;
+    TIFF *tiff;
+    int samples;  // a pixel in the file; the first three are R, G, B
+    bool tiled, planes;
+    int band_rows;        // rows a strip or tile
+    unsigned char *line;  // one row as in the file, where that is not our form
+    uint16_t *band;       // [band_rows][width][3], of tiles and planes
+    int band_top;         // its first row; -1: empty
+    char message[300];    // libtiff's first
+};
+
+static int keep_message(TIFF *tiff, void *user, const char *module, const char *format,
+                        va_list args)
+{
+    (void)tiff, (void)module;
+    struct tiff_file *file = user;
+    if (!*file->message)
+        vsnprintf(file->message, sizeof file->message, format, args);
+    return 1;  // handled: nothing is printed
+}
+
+static int drop_message(TIFF *tiff, void *user, const char *module, const char *format,
+                        va_list args)
+{
+    (void)tiff, (void)user, (void)module, (void)format, (void)args;
+    return 1;
+}
+
+static enum status fail(struct tiff_file *file, struct error *err, const char *otherwise)
+{
+    return cap_fail(err, STATUS_FORMAT, "%s: %s", file->base.path,
+                    *file->message ? file->message : otherwise);
+}
+
+/* A tag of rational type; libtiff hands it over as float or double, as its table says. */
+static double number_tag(TIFF *tiff, uint32_t tag)
+{
+    const TIFFField *field = TIFFFindField(tiff, tag, TIFF_ANY);
+    float single = 0;
+    double value = 0;
+    if (!field)
+        return 0;
+    if (TIFFFieldSetGetSize(field) == sizeof value)
+        return TIFFGetField(tiff, tag, &value) ? value : 0;
+    return TIFFGetField(tiff, tag, &single) ? (double)single : 0;
+}
+
+static void text_tag(TIFF *tiff, uint32_t tag, char *to, size_t size)
+{
+    char *text = NULL;
+    if (TIFFGetField(tiff, tag, &text) && text)
+        snprintf(to, size, "%s", text);
+}
+
+static void read_exif(struct tiff_file *file)
+{
+    struct photo *info = &file->base.info;
+    toff_t offset = 0;
+    text_tag(file->tiff, TIFFTAG_MAKE, info->make, sizeof info->make);
+    text_tag(file->tiff, TIFFTAG_MODEL, info->model, sizeof info->model);
+    text_tag(file->tiff, TIFFTAG_DATETIME, info->taken, sizeof info->taken);
+    if (TIFFGetField(file->tiff, TIFFTAG_EXIFIFD, &offset)
+        && TIFFReadEXIFDirectory(file->tiff, offset)) {
+        uint16_t count = 0, *iso = NULL;
+        info->exposure_time = number_tag(file->tiff, EXIFTAG_EXPOSURETIME);
+        info->aperture = number_tag(file->tiff, EXIFTAG_FNUMBER);
+        info->focal_length = number_tag(file->tiff, EXIFTAG_FOCALLENGTH);
+        if (TIFFGetField(file->tiff, EXIFTAG_ISOSPEEDRATINGS, &count, &iso) && count > 0)
+            info->iso = iso[0];
+        text_tag(file->tiff, EXIFTAG_DATETIMEORIGINAL, info->taken, sizeof info->taken);
+    }
+    file->message[0] = '\0';  // a broken EXIF block is no broken photograph
+    TIFFSetDirectory(file->tiff, 0);
+}
+
+/* Does the file hold all the bytes that its directory promises? */
+static bool is_complete(TIFF *tiff)
+{
+    struct stat info;
+    if (fstat(TIFFFileno(tiff), &info) != 0)
+        return false;
+    uint32_t count = TIFFIsTiled(tiff) ? TIFFNumberOfTiles(tiff) : TIFFNumberOfStrips(tiff);
+    for (uint32_t i = 0; i < count; i++)
+        if (TIFFGetStrileOffset(tiff, i) + TIFFGetStrileByteCount(tiff, i) > (uint64_t)info.st_size)
+            return false;
+    return true;
+}
+
+static enum status read_layout(struct tiff_file *file, struct error *err)
+{
+    enum { SIDE_MAX = 65535 };
+    TIFF *tiff = file->tiff;
+    struct photo *info = &file->base.info;
+    uint32_t width = 0, height = 0, rows = 0;
+    uint16_t bits = 0, samples = 1, format = SAMPLEFORMAT_UINT, photometric = 0, planar = 1;
+    void *raw;
+    uint32_t raw_size;
+    TIFFGetField(tiff, TIFFTAG_IMAGEWIDTH, &width);
+    TIFFGetField(tiff, TIFFTAG_IMAGELENGTH, &height);
+    TIFFGetField(tiff, TIFFTAG_PHOTOMETRIC, &photometric);
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_BITSPERSAMPLE, &bits);
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLESPERPIXEL, &samples);
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_SAMPLEFORMAT, &format);
+    TIFFGetFieldDefaulted(tiff, TIFFTAG_PLANARCONFIG, &planar);
+    file->tiled = TIFFIsTiled(tiff);
+    TIFFGetFieldDefaulted(tiff, file->tiled ? TIFFTAG_TILELENGTH : TIFFTAG_ROWSPERSTRIP, &rows);
+    if (TIFFGetField(tiff, TIFFTAG_DNGVERSION, &raw_size, &raw))
+        return fail(file, err, "a raw file (DNG); develop it to a linear 16-bit TIFF");
+    if (width == 0 || height == 0 || width > SIDE_MAX || height > SIDE_MAX || rows == 0)
+        return fail(file, err, "the size of the image makes no sense");
+    if (photometric != PHOTOMETRIC_RGB || samples < 3 || samples > 16)
+        return fail(file, err, "not an RGB image");
+    if ((bits != 8 && bits != 16) || format != SAMPLEFORMAT_UINT)
+        return fail(file, err, "not 8 or 16 bits a sample");
+    if (!is_complete(tiff))
+        return fail(file, err, "the file is truncated");
+    file->samples = samples;
+    file->planes = planar == PLANARCONFIG_SEPARATE;
+    file->band_rows = (int)(rows < height ? rows : height);
+    file->band_top = -1;
+    info->width = (int)width;
+    info->height = (int)height;
+    info->channels = 3;
+    info->bits = bits;
+    info->encoded = bits == 8;
+    return STATUS_OK;
+}
+
+static enum status make_buffers(struct tiff_file *file, struct error *err)
+{
+    size_t line = (size_t)TIFFScanlineSize(file->tiff);
+    bool banded = file->tiled || file->planes;
+    if (banded) {
+        size_t block = (size_t)(file->tiled ? TIFFTileSize(file->tiff) : TIFFStripSize(file->tiff));
+        line = block > line ? block : line;
+        file->band =
+            calloc((size_t)file->band_rows * file->base.info.width * 3, sizeof *file->band);
+    }
+    file->line = malloc(line);
+    if (!file->line || (banded && !file->band))
+        return cap_fail(err, STATUS_MEMORY, "%s", file->base.path);
+    return STATUS_OK;
+}
+
+/* count pixels of the file's form, to ours. */
+static void unpack(const struct tiff_file *file, const void *from, size_t count, uint16_t *to)
+{
+    size_t step = (size_t)file->samples;
+    const uint8_t *narrow = from;
+    const uint16_t *wide = from;
+    for (size_t i = 0; i < count; i++)
+        for (size_t c = 0; c < 3; c++)
+            to[3 * i + c] = file->base.info.bits == 8 ? narrow[step * i + c] : wide[step * i + c];
+}
+
+static bool read_line(struct tiff_file *file, int row, uint16_t *dn)
+{
+    bool direct = dn && file->base.info.bits == 16 && file->samples == 3;
+    void *to = direct ? (void *)dn : file->line;
+    if (TIFFReadScanline(file->tiff, to, (uint32_t)row, 0) < 0)
+        return false;
+    if (dn && !direct)
+        unpack(file, file->line, (size_t)file->base.info.width, dn);
+    return true;
+}
+
+/* Copy a decoded block to the band; left is its first column, plane -1: all samples together. */
+static void place_block(struct tiff_file *file, int left, int columns, int rows, int pitch,
+                        int plane)
+{
+    int width = file->base.info.width;
+    for (int y = 0; y < rows; y++) {
+        uint16_t *to = file->band + ((size_t)y * width + left) * 3;
+        size_t from = (size_t)y * pitch;
+        if (plane < 0) {
+            size_t sample = file->base.info.bits / 8;
+            unpack(file, file->line + from * file->samples * sample, (size_t)columns, to);
+            continue;
+        }
+        for (int x = 0; x < columns; x++)
+            to[3 * x + plane] = file->base.info.bits == 8
+                                    ? file->line[from + x]
+                                    : ((const uint16_t *)(const void *)file->line)[from + x];
+    }
+}
+
+static bool read_band_plane(struct tiff_file *file, int top, int plane)
+{
+    int width = file->base.info.width, left = file->base.info.height - top;
+    int rows = left < file->band_rows ? left : file->band_rows;
+    uint16_t sample = (uint16_t)(plane < 0 ? 0 : plane);
+    if (!file->tiled) {
+        uint32_t strip = TIFFComputeStrip(file->tiff, (uint32_t)top, sample);
+        if (TIFFReadEncodedStrip(file->tiff, strip, file->line, -1) < 0)
+            return false;
+        place_block(file, 0, width, rows, width, plane);
+        return true;
+    }
+    uint32_t pitch = 0;
+    TIFFGetField(file->tiff, TIFFTAG_TILEWIDTH, &pitch);
+    for (int x = 0; x < width; x += (int)pitch) {
+        uint32_t tile = TIFFComputeTile(file->tiff, (uint32_t)x, (uint32_t)top, 0, sample);
+        if (TIFFReadEncodedTile(file->tiff, tile, file->line, -1) < 0)
+            return false;
+        int columns = width - x < (int)pitch ? width - x : (int)pitch;
+        place_block(file, x, columns, rows, (int)pitch, plane);
+    }
+    return true;
+}
+
+static bool read_banded_line(struct tiff_file *file, int row, uint16_t *dn)
+{
+    int top = row - row % file->band_rows;
+    bool ok = true;
+    if (file->band_top != top)
+        for (int p = file->planes ? 0 : -1; p < (file->planes ? 3 : 0) && ok; p++)
+            ok = read_band_plane(file, top, p);
+    file->band_top = ok ? top : -1;
+    size_t line = 3 * (size_t)file->base.info.width;
+    if (ok)
+        memcpy(dn, file->band + (size_t)(row - top) * line, line * sizeof *dn);
+    return ok;
+}
+
+/* Decoders go forward only: from the row they stand at, or from the beginning of a strip. */
+static bool skip_lines(struct tiff_file *file, int from, int to)
+{
+    int strip_top = to - to % file->band_rows;
+    bool ok = true;
+    if (file->tiled || file->planes || to == file->base.info.height)
+        return true;
+    for (int row = from > strip_top ? from : strip_top; row < to && ok; row++)
+        ok = read_line(file, row, NULL);
+    return ok;
+}
+
+static enum status read_rows(struct photo_file *base, uint16_t *dn, int rows, struct error *err)
+{
+    struct tiff_file *file = (struct tiff_file *)base;
+    size_t line = 3 * (size_t)base->info.width;
+    bool ok = true;
+    if (!dn)
+        ok = skip_lines(file, base->row, base->row + rows);
+    for (int y = 0; dn && y < rows && ok; y++)
+        ok = file->tiled || file->planes ? read_banded_line(file, base->row + y, dn + y * line)
+                                         : read_line(file, base->row + y, dn + y * line);
+    return ok ? STATUS_OK : fail(file, err, "damaged");
+}
+
+static void close_file(struct photo_file *base)
+{
+    struct tiff_file *file = (struct tiff_file *)base;
+    if (file->tiff)
+        TIFFClose(file->tiff);
+    free(file->line);
+    free(file->band);
+    free(base->path);
+    free(file);
+}
+
+static TIFF *open_quietly(struct tiff_file *file)
+{
+    TIFFOpenOptions *options = TIFFOpenOptionsAlloc();
+    if (!options)
+        return NULL;
+    TIFFOpenOptionsSetErrorHandlerExtR(options, keep_message, file);
+    TIFFOpenOptionsSetWarningHandlerExtR(options, drop_message, NULL);
+    TIFF *tiff = TIFFOpenExt(file->base.path, "r", options);
+    TIFFOpenOptionsFree(options);
+    return tiff;
+}
+
+enum status tiff_open(struct photo_file **opened, const char *path, struct error *err)
+{
+    static const struct photo_format format = {read_rows, close_file};
+    struct tiff_file *file = calloc(1, sizeof *file);
+    char *copy = strdup(path);
+    if (!file || !copy) {
+        free(file);
+        free(copy);
+        return cap_fail(err, STATUS_MEMORY, "%s", path);
+    }
+    file->base =
+        (struct photo_file){.format = &format, .path = copy, .info = {.light = -1, .shot = -1}};
+    file->tiff = open_quietly(file);
+    enum status status =
+        file->tiff ? read_layout(file, err) : fail(file, err, "cannot be opened as a TIFF");
+    if (!status) {
+        read_exif(file);
+        status = make_buffers(file, err);
+    }
+    if (status)
+        close_file(&file->base);
+    else
+        *opened = &file->base;
+    return status;
+}
