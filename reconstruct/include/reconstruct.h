@@ -35,6 +35,65 @@ half_diff rec_half_diff(vec3 wi, vec3 wo);
 /** The inverse, with the azimuth of h at 0. wi or wo may lie below the horizon. */
 void rec_directions(half_diff angles, vec3 *wi, vec3 *wo);
 
+/* ---- MERL tables ---------------------------------------------------------------------------- */
+
+enum {
+    MERL_THETA_H = 90,
+    MERL_THETA_D = 90,
+    MERL_PHI_D = 180,
+    MERL_BINS = MERL_THETA_H * MERL_THETA_D * MERL_PHI_D
+};
+
+/** The bin of a pair of angles: phi_d + 180 (theta_d + 90 theta_h), each a whole number;
+ *  theta_h is divided by its square root, and phi_d is folded to [0, pi) (reciprocity).
+ *
+ *  W. Matusik, H. Pfister, M. Brand, L. McMillan, "A Data-Driven Reflectance Model",
+ *  SIGGRAPH 2003, and the code published with the data. */
+int rec_merl_index(half_diff angles);
+/** The middle of a bin: rec_merl_index(rec_merl_center(bin)) is bin. */
+half_diff rec_merl_center(int bin);
+/** Both directions of the bin's middle are above the horizon: true of 1,096,216 bins. */
+bool rec_merl_above(int bin);
+/** The bin on the other side of the plane of incidence, phi_d -> pi - phi_d: an isotropic
+ *  surface without grain has the same f there. */
+int rec_merl_mirror(int bin);
+
+/** An isotropic BRDF as a table. Owns value; {0} is empty; release with rec_merl_free(). */
+struct merl {
+    double *value;  // [3][MERL_BINS]: red, green, blue; 1/sr; < 0 where there is none
+};
+
+/** Read a MERL file. On success the caller owns *merl; on failure it is untouched.
+ *  STATUS_IO, STATUS_FORMAT (other dimensions or length, not a number) or STATUS_MEMORY. */
+enum status rec_merl_read(struct merl *merl, const char *path, struct error *err);
+/** Write a MERL file, complete or not at all. STATUS_IO. */
+enum status rec_merl_write(const struct merl *merl, const char *path, struct error *err);
+void rec_merl_free(struct merl *merl);
+
+/* ---- bins ------------------------------------------------------------------------------------ */
+
+/** A MERL bin that samples fell into. */
+struct bin {
+    int32_t index;       // rec_merl_index of its samples
+    int32_t count;       // of photosites
+    half_diff centroid;  // of the samples, phi_d folded to [0, pi); within the bin
+    double mean[3];      // f, 1/sr; noise may take dark ones below 0
+    double sigma[3];     // of the mean: noise, geometry, lamp, and the bin's width
+    double noise[3];     // the part of sigma that more photographs would reduce
+    double scatter[3];   // standard deviation of the samples
+    double swapped[3];   // mean of the samples with phi_d >= 0 less that of the others; NAN: one
+                         // kind only. Reciprocity says 0.
+    double systematic;   // relative: the part of sigma that is shared, at fixed angles
+    double tilt;         // 1 sigma of theta_h
+};
+
+/** The measured bins, by index. Owns bin; {0} is empty; release with rec_bins_free(). */
+struct bins {
+    struct bin *bin;
+    int count;
+};
+void rec_bins_free(struct bins *bins);
+
 /* ---- models -------------------------------------------------------------------------------- */
 
 enum { MODEL_PARAMETERS_MAX = 32 };
@@ -60,6 +119,57 @@ extern const struct model *const rec_models[];
 const struct model *rec_model_find(const char *name);
 /** How many doubles its parameters are. */
 int rec_model_size(const struct model *model);
+
+/* ---- fits ------------------------------------------------------------------------------------ */
+
+/** A model fitted to bins. */
+struct fit {
+    const struct model *model;
+    double value[MODEL_PARAMETERS_MAX];
+    double sigma[MODEL_PARAMETERS_MAX];  // noise, and what all bins share of the calibration's errors
+    double log_rms;          // held-out bins: root mean square of ln((f m + e)/(f' m + e))
+    double relative_median;  // held-out bins: median of |f'/f - 1|
+    double chi;              // held-out bins: median of |residual| in units of its sigma, / 0.6745:
+                             // 1 where the model errs by no more than the measurement
+    int bins;                // fitted
+};
+/** Best first. Owns fit; {0} is empty; release with rec_fits_free(). */
+struct fits {
+    struct fit *fit;
+    int count;
+};
+
+/** Fit models ([count], NULL: all of rec_models) to the measured bins, at their centroids, and
+ *  rank them by their error on bins that the fit did not see (method: fit.c). On success the
+ *  caller owns *fits. STATUS_DATA: too few bins; STATUS_SOLVER, STATUS_MEMORY. */
+enum status rec_fit(struct fits *fits, const struct bins *bins, const struct model *const *models,
+                    int count, struct run *run, struct error *err);
+void rec_fits_free(struct fits *fits);
+
+/** What the width of a bin does to its mean, given a model of f: the errors of theta_h times the
+ *  slope of f, and the bend of f across the bin, enter bin.sigma. */
+void rec_bins_widen(struct bins *bins, const struct fit *fit);
+
+/** A measured table of bins, e.g. of another program, as bins to fit: those above the horizon and
+ *  not negative, at their centers. Their errors are not known: 1 % is assumed. STATUS_MEMORY. */
+enum status rec_bins_of_table(struct bins *bins, const struct merl *merl, struct error *err);
+
+/* ---- the complete table ----------------------------------------------------------------------- */
+
+/** Where the value of a bin comes from, as in bins.h5. */
+enum bin_status { BIN_IMPOSSIBLE, BIN_MEASURED, BIN_INTERPOLATED, BIN_EXTRAPOLATED };
+
+/** Fill a table: a value, never negative, in every bin whose center is above the horizon, -1 in
+ *  the others (also where samples fell into the upper part of such a bin). A measured bin holds
+ *  its mean times fit(center)/fit(centroid); an unmeasured one takes its mirror bin's measurement,
+ *  or the fit times a correction that its measured neighbours agree on (method: fill.c).
+ *  On success the caller owns *merl. status [MERL_BINS] may be NULL. STATUS_MEMORY. */
+enum status rec_fill(struct merl *merl, uint8_t *status, const struct bins *bins,
+                     const struct fit *fit, struct run *run, struct error *err);
+
+/** Directional-hemispherical reflectance of a table, [3], by the midpoint rule in steps of half a
+ *  degree: what part of the light from theta_i leaves the surface. */
+void rec_table_albedo(double albedo[3], const struct merl *merl, double theta_i);
 
 extern const struct command rec_commands[];
 

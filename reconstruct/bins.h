@@ -1,0 +1,34 @@
+/* bins.h -- sums of samples per MERL bin: exact, so that no order changes them. */
+#ifndef GONIOCAM_BINS_H
+#define GONIOCAM_BINS_H
+
+#include "samples.h"
+
+__extension__ typedef __int128 fixed128;  // units of 2^-60
+
+/** The sums of one bin. */
+struct bin_sums {
+    int64_t count;
+    fixed128 w, w_f[3], w_ff[3], w_angle[3];  // the weight, times f, f^2, folded angles
+    fixed128 ww_noise[3];                     // weight^2 times the variance of f
+    fixed128 w_systematic, w_tilt;
+    fixed128 w_back, w_f_back[3];  // of the samples with phi_d < 0, before it was folded
+};
+
+/** Sums of the bins met so far: grows with bins, not with samples. {0} is empty. */
+struct tally {
+    int32_t *slot;  // [MERL_BINS]: 1 + index into sums, 0 where no sample fell
+    struct bin_sums *sums;
+    int count, room;
+};
+
+/** STATUS_MEMORY. */
+enum status rec_tally_begin(struct tally *tally, struct error *err);
+void rec_tally_free(struct tally *tally);
+enum status rec_tally_add(struct tally *tally, const reflectance_sample *sample, struct error *err);
+/** Add all of `from`. */
+enum status rec_tally_merge(struct tally *tally, const struct tally *from, struct error *err);
+/** Means and errors of all bins; *bins is the caller's. */
+enum status rec_tally_finish(struct bins *bins, const struct tally *tally, struct error *err);
+
+#endif

@@ -1,0 +1,69 @@
+/* samples.h -- photosites become reflectance samples. */
+#ifndef GONIOCAM_REFLECTANCE_SAMPLES_H
+#define GONIOCAM_REFLECTANCE_SAMPLES_H
+
+#include "lens_table.h"
+#include "reconstruct.h"
+
+/** What became of a photosite in the sample's neighbourhood. */
+#define FATE_LIST(X)                                                                               \
+    X(USED, "used")                                                                                \
+    X(OUTLINE, "outline")       /* within a photosite of the sample's outline */                   \
+    X(DARK, "dark")             /* the lamp is below its horizon */                                \
+    X(TERMINATOR, "terminator") /* within a photosite of where the lamp sets */                    \
+    X(OCCLUDED, "occluded")     /* the board stands before it */                                   \
+    X(SATURATED, "saturated")   /* in every frame of the bracket, in some channel */               \
+    X(UNUSABLE, "unusable")     /* no number, or beyond what a bin can sum */
+
+#define FATE_ENUM(name, text) FATE_##name,
+enum fate { FATE_LIST(FATE_ENUM) FATES };
+#undef FATE_ENUM
+extern const char *const rec_fate_name[FATES];
+
+/** One photosite's measurement. The errors that bins share do not average out: `systematic` and
+ *  `tilt` come from the geometry and the lamp, `noise` from the photosite alone. */
+typedef struct {
+    half_diff angles;
+    double f[3];        // 1/sr
+    double noise[3];    // variance of f
+    double systematic;  // 1 sigma of ln f at fixed angles
+    double tilt;        // 1 sigma of theta_h
+    double weight;      // (0, 1]; no function of this photosite's own noise
+} reflectance_sample;
+
+/** All that a photosite needs to know of its shot. Borrows everything. */
+struct viewing {
+    const struct camera *camera;
+    const struct view *view;
+    const struct lamp *lamp;
+    const struct sample *sample;
+    const struct lens_table *lens;
+    const struct board_extent *board;  // may be NULL
+    mat3 view_from_world;
+    vec3 eye, lamp_position;
+    double light[3];  // intensity (or irradiance) times power
+    double shake;     // 1 sigma of the ray at the sample from the pose, mm
+    double dimming;   // 1 sigma of ln(light)
+};
+
+/** The board's rectangle in the plane z = 0 of the world. */
+struct board_extent {
+    double low[2], high[2];
+};
+
+/** Prepare one view of a calibration. */
+struct viewing rec_viewing(const struct calibration *calibration, int view,
+                           const struct lens_table *lens, const struct board_extent *board);
+
+/** The pixels [x0, x1) x [y0, y1) that can show the sample. */
+typedef struct {
+    int x0, y0, x1, y1;
+} pixel_box;
+pixel_box rec_sample_box(const struct viewing *viewing);
+
+/** The sample at a photosite. *sample is set where FATE_USED is returned; hit tells whether the
+ *  ray meets the sample at all. */
+enum fate rec_sample_at(reflectance_sample *sample, const struct viewing *viewing,
+                        const struct radiance *map, int x, int y, bool *hit);
+
+#endif

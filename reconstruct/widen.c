@@ -1,0 +1,88 @@
+/* widen.c -- what turns and spreads of direction do to a bin's mean, given a model of f.
+ *
+ * Method.   A tilt of the normal by t moves f by t df/dtheta_h. Spread over the bin, f's mean is
+ *           not f at the centroid: the difference is half the second derivative times the spread
+ *           squared, in each of the angles. A bin's samples lie evenly over its widths at most:
+ *           (width)^2 / 12; a single sample spreads by nothing, two by half of that.
+ */
+#include "reconstruct.h"
+
+#include <stdlib.h>
+
+// The widths of a bin in theta_h, theta_d, phi_d.
+static void widths(double width[3], int index)
+{
+    double h = index / (MERL_PHI_D * MERL_THETA_D);
+    width[0] = CAP_PI / 2 * (2 * h + 1) / (MERL_THETA_H * MERL_THETA_H);
+    width[1] = CAP_PI / 2 / MERL_THETA_D;
+    width[2] = CAP_PI / MERL_PHI_D;
+}
+
+// The model at the centroid moved by `step` in angle k; the centroid itself where that would be
+// below the horizon.
+static void eval_moved(double f[3], const struct fit *fit, half_diff at, int k, double step)
+{
+    half_diff moved = at;
+    double *angle[3] = {&moved.theta_h, &moved.theta_d, &moved.phi_d};
+    vec3 wi, wo;
+    *angle[k] += step;
+    if (k < 2)
+        *angle[k] = fabs(*angle[k]);
+    rec_directions(moved, &wi, &wo);
+    if (wi.z <= 0 || wo.z <= 0)
+        rec_directions(at, &wi, &wo);
+    if (wi.z > 0 && wo.z > 0)
+        fit->model->eval(fit->value, wi, wo, f);
+}
+
+static void widen(struct bin *b, const struct fit *fit)
+{
+    double width[3], center[3] = {0};
+    double variance[3], bend[3] = {0};
+    widths(width, b->index);
+    eval_moved(center, fit, b->centroid, 0, 0);
+    for (int c = 0; c < 3; c++)
+        variance[c] =
+            b->noise[c] * b->noise[c] + b->mean[c] * b->systematic * b->mean[c] * b->systematic;
+    for (int k = 0; k < 3; k++) {
+        double step = width[k] / 2, up[3] = {0}, down[3] = {0};
+        double spread2 = width[k] * width[k] / 12 * (1 - 1.0 / b->count);
+        eval_moved(up, fit, b->centroid, k, step);
+        eval_moved(down, fit, b->centroid, k, -step);
+        for (int c = 0; c < 3; c++) {
+            double slope = (up[c] - down[c]) / (2 * step);
+            bend[c] += 0.5 * (up[c] + down[c] - 2 * center[c]) / (step * step) * spread2;
+            if (k == 0)
+                variance[c] += slope * b->tilt * slope * b->tilt;
+        }
+    }
+    for (int c = 0; c < 3; c++)
+        b->sigma[c] = sqrt(variance[c] + bend[c] * bend[c]);
+}
+
+void rec_bins_widen(struct bins *bins, const struct fit *fit)
+{
+    for (int i = 0; i < bins->count; i++)
+        widen(&bins->bin[i], fit);
+}
+
+enum status rec_bins_of_table(struct bins *bins, const struct merl *merl, struct error *err)
+{
+    struct bin *bin = malloc((size_t)MERL_BINS * sizeof *bin);
+    if (!bin)
+        return cap_fail(err, STATUS_MEMORY, "no memory for bins");
+    int count = 0;
+    for (int i = 0; i < MERL_BINS; i++) {
+        struct bin b = {.index = i, .count = 1, .centroid = rec_merl_center(i)};
+        bool there = rec_merl_above(i);
+        for (int c = 0; c < 3; c++) {
+            b.mean[c] = merl->value[(size_t)c * MERL_BINS + (size_t)i];
+            b.sigma[c] = b.noise[c] = 0.01 * b.mean[c];
+            there = there && b.mean[c] >= 0;
+        }
+        if (there)
+            bin[count++] = b;
+    }
+    *bins = (struct bins){bin, count};
+    return STATUS_OK;
+}
