@@ -1,0 +1,53 @@
+/* calibrate.c -- the order of calibration: geometry, sample, lamps, pictures. */
+#include "geometry.h"
+#include "lamp.h"
+#include "overlay.h"
+#include "sphere.h"
+
+#include <string.h>
+
+/** The sample from its outline; a shape that has no such fit yet stays where capture.yaml says. */
+static enum status place_sample(struct calibration *c, const struct capture *capture,
+                                const char *out, struct run *run, struct error *err)
+{
+    const struct sample_place *nominal = &capture->sample;
+    if (nominal->shape == SHAPE_SPHERE)
+        return cal_sphere_place(c, capture, out, run, err);
+    if (nominal->shape == SHAPE_NONE)
+        return cap_fail(err, STATUS_DATA, "%s: no `sample` in capture.yaml", capture->folder);
+    c->sample = (struct sample){.shape = nominal->shape,
+                                .center = nominal->center,
+                                .radius = nominal->radius,
+                                .height = nominal->height,
+                                .axis = nominal->axis,
+                                .sigma_center = {1, 1, 1},
+                                .sigma_radius = 0.01 * nominal->radius};
+    cap_warn(run, "the sample is no sphere: its place is taken from capture.yaml as it stands");
+    return STATUS_OK;
+}
+
+enum status cal_calibrate(struct calibration *calibration, const struct capture *capture,
+                          const char *out, const bool *usable, struct run *run, struct error *err)
+{
+    struct calibration c = {0};
+    cap_stage(run, "cameras", capture->shots);
+    enum status status = cal_geometry(&c, capture, out, usable, run, err);
+    if (!status) {
+        cap_stage(run, "sample", c.views);
+        status = place_sample(&c, capture, out, run, err);
+    }
+    if (!status) {
+        cap_stage(run, "lamps", c.views);
+        status = cal_lamps_find(&c, capture, out, run, err);
+    }
+    if (!status) {
+        cap_stage(run, "overlays", c.views);
+        status = cal_overlay(&c, capture, out, run, err);
+    }
+    cap_stage(run, "", 0);
+    if (status)
+        cal_calibration_free(&c);
+    else
+        *calibration = c;
+    return status;
+}

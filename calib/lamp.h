@@ -1,0 +1,34 @@
+/* lamp.h -- lamps found by how they light the scene. Internal to calib/. */
+#ifndef GONIOCAM_LAMP_H
+#define GONIOCAM_LAMP_H
+
+#include "photometry.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** From the world into the frame that a lamp is fixed in: the world itself, or a view's camera. */
+vec3 cal_lamp_frame(const struct lamp *lamp, pose view_from_world, vec3 point);
+vec3 cal_lamp_frame_direction(const struct lamp *lamp, pose view_from_world, vec3 direction);
+
+/** A first place for lamp `l`, good to some centimetres, from the board facets of its views: the
+ *  best of a grid over all directions and distances. STATUS_DATA: no such facets. */
+enum status cal_lamp_start(struct calibration *calibration, int l, const struct facets *board,
+                           struct error *err);
+
+/** Place and intensity of all lamps, the power of all views and (without a flat frame) the
+ *  vignetting, jointly, from board facets and sample facets (count 0: from the board alone). */
+enum status cal_lamp_fit(struct calibration *calibration, const struct capture *capture,
+                         const struct facets *board, const struct facets *sample,
+                         struct error *err);
+
+/** All of it, on a merged capture with the sample in its place: fills lamps, powers, vignetting.
+ *  Reads OUT/radiance/SHOT.exr. */
+enum status cal_lamps_find(struct calibration *calibration, const struct capture *capture,
+                           const char *out, struct run *run, struct error *err);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,156 @@
+/* lamps.c -- all lamps of a merged capture: collect facets, start, fit the board, fit everything.
+ */
+#include "lamp.h"
+#include "view_map.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+// A few thousand facets tell all there is to tell; more views need fewer of each.
+enum { SAMPLE_FACETS = 9000, VIEW_FACETS_MAX = 600, VIEW_FACETS_MIN = 60 };
+
+/** Facets of one view. */
+struct view_facets {
+    struct facets board, sample;
+};
+
+static enum status collect_view(struct view_facets *to, const struct calibration *c, int v,
+                                const struct capture *capture, const char *out, int wanted,
+                                struct error *err)
+{
+    struct radiance map = {0};
+    struct tag_family family = {0};
+    enum status status = pattern_open(&family, capture->family, err);
+    if (!status)
+        status = cal_view_map(&map, out, &c->view[v], err);
+    if (!status)
+        status = cal_board_facets(&to->board, &map, c, v, capture, &family, err);
+    if (!status && c->sample.shape == SHAPE_SPHERE)
+        status = cal_sample_facets(&to->sample, &map, c, v, wanted, err);
+    cap_radiance_free(&map);
+    pattern_close(&family);
+    return status;
+}
+
+static enum status join(struct facets *all, const struct facets *one, struct error *err)
+{
+    int count = all->count + one->count;
+    struct facet *grown = realloc(all->facet, (size_t)(count + 1) * sizeof *grown);
+    if (!grown)
+        return cap_fail(err, STATUS_MEMORY, "%d facets", count);
+    if (one->count)
+        memcpy(grown + all->count, one->facet, (size_t)one->count * sizeof *grown);
+    *all = (struct facets){grown, count, count + 1};
+    return STATUS_OK;
+}
+
+/** The facets of all views, in the order of views. */
+static enum status collect(struct facets *board, struct facets *sample, const struct calibration *c,
+                           const struct capture *capture, const char *out, struct run *run,
+                           struct error *err)
+{
+    struct view_facets *of_view = calloc((size_t)c->views, sizeof *of_view);
+    if (!of_view)
+        return cap_fail(err, STATUS_MEMORY, "%d views", c->views);
+    int wanted = SAMPLE_FACETS / c->views;
+    wanted = wanted > VIEW_FACETS_MAX ? VIEW_FACETS_MAX : wanted;
+    wanted = wanted < VIEW_FACETS_MIN ? VIEW_FACETS_MIN : wanted;
+    enum status status = STATUS_OK;
+#pragma omp parallel for schedule(dynamic) num_threads(run->threads)
+    for (int v = 0; v < c->views; v++) {
+        struct error own = {0};
+        enum status s = collect_view(&of_view[v], c, v, capture, out, wanted, &own);
+        if (s) {
+#pragma omp critical(lamps_error)
+            status = cap_fail(err, s, "%s", own.text);
+        }
+        cap_step(run);
+    }
+    for (int v = 0; v < c->views; v++) {
+        if (!status)
+            status = join(board, &of_view[v].board, err);
+        if (!status)
+            status = join(sample, &of_view[v].sample, err);
+        free(of_view[v].board.facet);
+        free(of_view[v].sample.facet);
+    }
+    free(of_view);
+    return status;
+}
+
+static enum status check_patch(const struct calibration *c, const struct facets *board,
+                               struct run *run, struct error *err)
+{
+    for (int l = 0; l < c->lamps; l++) {
+        int patches = 0, views = 0;
+        for (int v = 0; v < c->views; v++)
+            views += c->view[v].light == l;
+        for (int i = 0; i < board->count; i++)
+            patches += c->view[board->facet[i].view].light == l
+                       && board->facet[i].material >= MATERIAL_PATCH;
+        if (views && !patches)
+            return cap_fail(err, STATUS_DATA,
+                            "lamp %s: the white patch is lit and visible in none of its %d "
+                            "photographs, so its intensity cannot be told",
+                            c->lamp[l].name, views);
+        if (views && patches < 16)
+            cap_warn(run,
+                     "lamp %s: the white patch is hardly seen in its photographs; its "
+                     "intensity rests on that",
+                     c->lamp[l].name);
+    }
+    return STATUS_OK;
+}
+
+/** One lamp for each light of the capture that has views; view->light becomes its index. */
+static enum status name_lamps(struct calibration *c, const struct capture *capture,
+                              struct error *err)
+{
+    c->lamp = calloc((size_t)capture->lights, sizeof *c->lamp);
+    if (!c->lamp)
+        return cap_fail(err, STATUS_MEMORY, "%d lamps", capture->lights);
+    for (int light = 0; light < capture->lights; light++) {
+        const struct light_place *place = &capture->light[light];
+        bool used = false;
+        for (int v = 0; v < c->views; v++)
+            used = used || c->view[v].light == light;
+        if (!used)
+            continue;
+        for (int v = 0; v < c->views; v++)
+            if (c->view[v].light == light)
+                c->view[v].light = c->lamps;
+        struct lamp *lamp = &c->lamp[c->lamps++];
+        *lamp = (struct lamp){.name = strdup(place->name),
+                              .on_camera = place->on_camera,
+                              .position = place->position};
+        if (!lamp->name)
+            return cap_fail(err, STATUS_MEMORY, "lamp %s", place->name);
+    }
+    return STATUS_OK;
+}
+
+enum status cal_lamps_find(struct calibration *c, const struct capture *capture, const char *out,
+                           struct run *run, struct error *err)
+{
+    struct facets board = {0}, sample = {0}, none = {0};
+    enum status status = name_lamps(c, capture, err);
+    if (!status && capture->patches == 0)
+        status = cap_fail(err, STATUS_DATA,
+                          "%s: no `reference` in capture.yaml: without a patch of known albedo "
+                          "reflectance has no scale",
+                          capture->folder);
+    if (!status)
+        status = collect(&board, &sample, c, capture, out, run, err);
+    if (!status)
+        status = check_patch(c, &board, run, err);
+    for (int l = 0; l < c->lamps && !status; l++)
+        if (vec3_length(c->lamp[l].position) == 0)  // nobody measured it
+            status = cal_lamp_start(c, l, &board, err);
+    if (!status)
+        status = cal_lamp_fit(c, capture, &board, &none, err);
+    if (!status && sample.count)
+        status = cal_lamp_fit(c, capture, &board, &sample, err);
+    free(board.facet);
+    free(sample.facet);
+    return status;
+}

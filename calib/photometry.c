@@ -1,0 +1,397 @@
+/* photometry.c -- what the lit surfaces of a scene say of its lamps.
+ *
+ * Method.   Means over pieces of surface that are of one material: the white bits of the tags,
+ *           the patches, blocks of the sample. A photosite counts only where a margin of blur
+ *           around it is of that material too.
+ * Accuracy. A facet's sigma holds the noise of its mean and, for the curved sample, what the
+ *           spread of radiance within the block may have moved the mean.
+ */
+#include "photometry.h"
+
+#include <assert.h>
+#include <float.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double MARGIN_PX = 1.75;   // lens blur reaches this far
+static const double SPREAD_MAX = 0.08;  // of one material, relative: more is a shadow's edge
+static const double OCCLUSION_MM = 3;   // distance from the sample's shadow and outline
+static const double SNR_MIN = 20;       // below it, the mean of a logarithm is biased
+enum { SITES_MIN = 6, PATCH_FACETS = 4 };
+
+/** Running sums over the photosites of a facet. */
+struct sums {
+    double value[3], square[3], variance[3];
+    double pixel[2], place[2];
+    int count;
+    double low, high;  // of the channels' mean
+};
+
+static void sums_add(struct sums *s, const struct radiance *map, int x, int y, double a, double b)
+{
+    const size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)x);
+    double mean = 0;
+    for (int c = 0; c < 3; c++)
+        if (!isfinite(map->variance[at + (size_t)c]))
+            return;
+    for (size_t c = 0; c < 3; c++) {
+        double v = map->value[at + c];
+        s->value[c] += v;
+        s->square[c] += v * v;
+        s->variance[c] += map->variance[at + c];
+        mean += v / 3;
+    }
+    s->pixel[0] += x;
+    s->pixel[1] += y;
+    s->place[0] += a;
+    s->place[1] += b;
+    s->low = s->count ? fmin(s->low, mean) : mean;
+    s->high = s->count ? fmax(s->high, mean) : mean;
+    s->count++;
+}
+
+/** Means and sigmas; false: too few photosites, too dark, or more spread than one material has. */
+static bool sums_facet(const struct sums *s, double spread_max, struct facet *facet)
+{
+    if (s->count < 1)
+        return false;
+    for (int c = 0; c < 3; c++) {
+        double n = s->count, mean = s->value[c] / n, noise = s->variance[c] / n;
+        double scatter = s->square[c] / n - mean * mean;
+        if (!(mean > 0) || sqrt(noise / n) * SNR_MIN > mean
+            || scatter > noise * 4 + spread_max * spread_max * mean * mean)
+            return false;
+        facet->log_value[c] = log(mean);
+        facet->sigma[c] = sqrt(fmax(noise, scatter) / n) / mean;
+    }
+    facet->pixel[0] = s->pixel[0] / s->count;
+    facet->pixel[1] = s->pixel[1] / s->count;
+    return true;
+}
+
+static enum status append(struct facets *facets, const struct facet *facet, struct error *err)
+{
+    if (facets->count == facets->room) {
+        int room = facets->room ? 2 * facets->room : 256;
+        struct facet *grown = realloc(facets->facet, (size_t)room * sizeof *grown);
+        if (!grown)
+            return cap_fail(err, STATUS_MEMORY, "%d photometric facets", room);
+        facets->facet = grown;
+        facets->room = room;
+    }
+    facets->facet[facets->count++] = *facet;
+    return STATUS_OK;
+}
+
+bool cal_sample_between(const struct sample *sample, vec3 a, vec3 b, double margin)
+{
+    if (sample->shape == SHAPE_NONE)
+        return false;
+    double radius = sample->radius;
+    if (sample->shape == SHAPE_CYLINDER)  // its bounding sphere
+        radius = hypot(sample->radius, 0.5 * sample->height);
+    radius += margin;
+    vec3 ab = vec3_sub(b, a), ac = vec3_sub(sample->center, a);
+    double length = vec3_length(ab), along = vec3_dot(ac, ab) / length;
+    along = fmin(fmax(along, 0), length);
+    vec3 nearest = vec3_sub(ac, vec3_scale(ab, along / length));
+    return vec3_length(nearest) < radius;
+}
+
+/* ---- quadrilaterals in an image -------------------------------------------------------------- */
+
+/** pixel -> (s, t) on a flat quadrilateral: (0,0) bottom left, (1,0) bottom right, (1,1) top right.
+ *  The homography of its corners; the lens bends less within a tag than a facet's margin. */
+struct quadrilateral {
+    double m[3][3];  // (s, t, 1) ~ m (x, y, 1)
+    double box[4];
+};
+
+static void adjugate(double a[3][3], double m[3][3])
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            int r = (j + 1) % 3, s = (j + 2) % 3, u = (i + 1) % 3, v = (i + 2) % 3;
+            a[i][j] = m[r][u] * m[s][v] - m[r][v] * m[s][u];
+        }
+}
+
+/** Heckbert's closed form of the square-to-quadrilateral map, inverted (1989). */
+static struct quadrilateral quad_of(const double p[4][2])
+{
+    struct quadrilateral q;
+    double dx1 = p[1][0] - p[2][0], dx2 = p[3][0] - p[2][0];
+    double dx3 = p[0][0] - p[1][0] + p[2][0] - p[3][0];
+    double dy1 = p[1][1] - p[2][1], dy2 = p[3][1] - p[2][1];
+    double dy3 = p[0][1] - p[1][1] + p[2][1] - p[3][1];
+    double det = dx1 * dy2 - dx2 * dy1;
+    double g = (dx3 * dy2 - dx2 * dy3) / det, h = (dx1 * dy3 - dx3 * dy1) / det;
+    double to_pixel[3][3] = {
+        {p[1][0] - p[0][0] + g * p[1][0], p[3][0] - p[0][0] + h * p[3][0], p[0][0]},
+        {p[1][1] - p[0][1] + g * p[1][1], p[3][1] - p[0][1] + h * p[3][1], p[0][1]},
+        {g, h, 1}};
+    adjugate(q.m, to_pixel);
+    q.box[0] = q.box[1] = DBL_MAX;
+    q.box[2] = q.box[3] = -DBL_MAX;
+    for (int k = 0; k < 4; k++)
+        for (int a = 0; a < 2; a++) {
+            q.box[a] = fmin(q.box[a], p[k][a]);
+            q.box[2 + a] = fmax(q.box[2 + a], p[k][a]);
+        }
+    return q;
+}
+
+static void quad_at(const struct quadrilateral *q, double x, double y, double st[2])
+{
+    double w = q->m[2][0] * x + q->m[2][1] * y + q->m[2][2];
+    st[0] = (q->m[0][0] * x + q->m[0][1] * y + q->m[0][2]) / w;
+    st[1] = (q->m[1][0] * x + q->m[1][1] * y + q->m[1][2]) / w;
+}
+
+/** The part of a quadrilateral's box, grown by `grow` of its size, that lies in the map. */
+static void quad_range(const struct quadrilateral *q, const struct radiance *map, double grow,
+                       int range[4])
+{
+    double mx = grow * (q->box[2] - q->box[0]), my = grow * (q->box[3] - q->box[1]);
+    range[0] = (int)fmax(q->box[0] - mx, 0);
+    range[1] = (int)fmax(q->box[1] - my, 0);
+    range[2] = (int)fmin(q->box[2] + mx + 1, map->width - 1);
+    range[3] = (int)fmin(q->box[3] + my + 1, map->height - 1);
+}
+
+/** How far (s, t) moves in a photosite's margin, in x and y. */
+static void quad_margin(const struct quadrilateral *q, double x, double y, double margin[2])
+{
+    double a[2], b[2], c[2];
+    quad_at(q, x, y, a);
+    quad_at(q, x + MARGIN_PX, y, b);
+    quad_at(q, x, y + MARGIN_PX, c);
+    margin[0] = fabs(b[0] - a[0]) + fabs(c[0] - a[0]);
+    margin[1] = fabs(b[1] - a[1]) + fabs(c[1] - a[1]);
+}
+
+/* ---- the paper of the tags --------------------------------------------------------------------
+ */
+
+/** Is the printed tag white at (s, t)? Beyond the pattern nothing is known to be. */
+static bool white_at(const struct tag_pattern *p, double s, double t)
+{
+    int column = (int)floor(p->begin + s * p->side), row = (int)floor(p->begin + (1 - t) * p->side);
+    return column >= 0 && column < p->width && row >= 0 && row < p->width
+           && p->cell[row][column] == CELL_WHITE;
+}
+
+/** Is it white at all corners of the margin around (s, t)? */
+static bool all_white(const struct tag_pattern *pattern, const double st[2], const double margin[2])
+{
+    for (int k = 0; k < 4; k++)
+        if (!white_at(pattern, st[0] + (k & 1 ? margin[0] : -margin[0]),
+                      st[1] + (k & 2 ? margin[1] : -margin[1])))
+            return false;
+    return true;
+}
+
+static const struct tag_place *place_of(const struct capture *capture, int id)
+{
+    for (int i = 0; i < capture->tags; i++)
+        if (capture->tag[i].id == id)
+            return &capture->tag[i];
+    return NULL;
+}
+
+static enum status paper_facets(struct facets *facets, const struct radiance *map,
+                                const struct calibration *c, int v, const struct seen_tag *seen,
+                                const struct tag_place *place, const struct tag_pattern *pattern,
+                                struct error *err)
+{
+    struct quadrilateral q = quad_of(seen->corner);
+    struct sums quarter[4] = {{{0}, {0}, {0}, {0}, {0}, 0, 0, 0}};
+    int range[4];
+    quad_range(&q, map, 0.2, range);
+    double margin[2];
+    quad_margin(&q, 0.5 * (q.box[0] + q.box[2]), 0.5 * (q.box[1] + q.box[3]), margin);
+    for (int y = range[1]; y <= range[3]; y++)
+        for (int x = range[0]; x <= range[2]; x++) {
+            double st[2];
+            quad_at(&q, x, y, st);
+            if (all_white(pattern, st, margin))
+                sums_add(&quarter[(st[0] > 0.5) + 2 * (st[1] > 0.5)], map, x, y, st[0], st[1]);
+        }
+    vec3 eye = cal_eye(c->view[v].view_from_world);
+    vec3 normal = vec3_cross(place->x_axis, place->y_axis);
+    for (int k = 0; k < 4; k++) {
+        const struct sums *s = &quarter[k];
+        struct facet facet = {.view = v, .material = MATERIAL_PAPER, .normal = normal};
+        if (s->count < SITES_MIN || !sums_facet(s, SPREAD_MAX, &facet))
+            continue;
+        double right = (s->place[0] / s->count - 0.5) * place->size;
+        double up = (s->place[1] / s->count - 0.5) * place->size;
+        facet.point = vec3_add(place->center, vec3_add(vec3_scale(place->x_axis, right),
+                                                       vec3_scale(place->y_axis, up)));
+        double reach = 0.35 * place->size + OCCLUSION_MM;
+        if (cal_sample_between(&c->sample, eye, facet.point, reach))
+            continue;
+        enum status status = append(facets, &facet, err);
+        if (status)
+            return status;
+    }
+    return STATUS_OK;
+}
+
+/* ---- the patches ------------------------------------------------------------------------------
+ */
+
+static vec3 on_patch(const struct patch *p, double s, double t)
+{
+    vec3 low = vec3_add(vec3_scale(p->corner[0], 1 - s), vec3_scale(p->corner[1], s));
+    vec3 high = vec3_add(vec3_scale(p->corner[3], 1 - s), vec3_scale(p->corner[2], s));
+    return vec3_add(vec3_scale(low, 1 - t), vec3_scale(high, t));
+}
+
+static enum status patch_facets(struct facets *facets, const struct radiance *map,
+                                const struct calibration *c, int v, const struct patch *patch,
+                                int material, struct error *err)
+{
+    const struct view *view = &c->view[v];
+    vec3 eye = cal_eye(view->view_from_world);
+    vec3 normal = vec3_normalize(vec3_cross(vec3_sub(patch->corner[1], patch->corner[0]),
+                                            vec3_sub(patch->corner[3], patch->corner[0])));
+    double corner[4][2];
+    for (int k = 0; k < 4; k++) {
+        vec3 p = cal_to_view(view->view_from_world, patch->corner[k]);
+        if (p.z <= 0 || vec3_dot(vec3_sub(eye, patch->corner[k]), normal) <= 0)
+            return STATUS_OK;
+        cal_project(&c->camera[view->camera], p, corner[k]);
+    }
+    struct quadrilateral q = quad_of((const double(*)[2])corner);
+    struct sums sums[PATCH_FACETS * PATCH_FACETS];
+    memset(sums, 0, sizeof sums);
+    int range[4];
+    quad_range(&q, map, 0, range);
+    for (int y = range[1]; y <= range[3]; y++)
+        for (int x = range[0]; x <= range[2]; x++) {
+            double st[2], margin[2];
+            quad_at(&q, x, y, st);
+            quad_margin(&q, x, y, margin);
+            if (st[0] < margin[0] || st[0] > 1 - margin[0] || st[1] < margin[1]
+                || st[1] > 1 - margin[1])
+                continue;
+            int i = (int)(st[0] * PATCH_FACETS), j = (int)(st[1] * PATCH_FACETS);
+            sums_add(&sums[j * PATCH_FACETS + i], map, x, y, st[0], st[1]);
+        }
+    double reach = vec3_length(vec3_sub(patch->corner[2], patch->corner[0])) / PATCH_FACETS / 2;
+    for (int k = 0; k < PATCH_FACETS * PATCH_FACETS; k++) {
+        struct facet facet = {.view = v, .material = material, .normal = normal};
+        if (sums[k].count < SITES_MIN || !sums_facet(&sums[k], SPREAD_MAX, &facet))
+            continue;
+        facet.point =
+            on_patch(patch, sums[k].place[0] / sums[k].count, sums[k].place[1] / sums[k].count);
+        if (cal_sample_between(&c->sample, eye, facet.point, reach + OCCLUSION_MM))
+            continue;
+        enum status status = append(facets, &facet, err);
+        if (status)
+            return status;
+    }
+    return STATUS_OK;
+}
+
+enum status cal_board_facets(struct facets *facets, const struct radiance *map,
+                             const struct calibration *c, int v, const struct capture *capture,
+                             const struct tag_family *family, struct error *err)
+{
+    const struct view *view = &c->view[v];
+    enum status status = STATUS_OK;
+    for (int i = 0; i < view->tags && !status; i++) {
+        struct tag_pattern pattern;
+        const struct tag_place *place = place_of(capture, view->tag[i].id);
+        if (place && !(status = pattern_of(&pattern, family, place->id, err)))
+            status = paper_facets(facets, map, c, v, &view->tag[i], place, &pattern, err);
+    }
+    for (int k = 0; k < capture->patches && !status; k++)
+        status = patch_facets(facets, map, c, v, &capture->patch[k], MATERIAL_PATCH + k, err);
+    return status;
+}
+
+/* ---- the sample -------------------------------------------------------------------------------
+ */
+
+/** Where the ray from eye along the unit direction meets the sphere; false: it misses. */
+static bool hit_sphere(const struct sample *s, vec3 eye, vec3 direction, vec3 *point)
+{
+    vec3 m = vec3_sub(eye, s->center);
+    double b = vec3_dot(m, direction), q = b * b - vec3_dot(m, m) + s->radius * s->radius;
+    if (q <= 0)
+        return false;
+    *point = vec3_add(eye, vec3_scale(direction, -b - sqrt(q)));
+    return true;
+}
+
+/** The sample's bounding square in the map, in pixels; false: it is not in it. */
+static bool sample_range(const struct calibration *c, const struct view *view,
+                         const struct radiance *map, int range[4], double *radius_px)
+{
+    const struct camera *camera = &c->camera[view->camera];
+    vec3 p = cal_to_view(view->view_from_world, c->sample.center);
+    if (p.z <= 1.05 * c->sample.radius)
+        return false;
+    double pixel[2];
+    cal_project(camera, p, pixel);
+    *radius_px = camera->focal[0] * c->sample.radius / (vec3_length(p) - c->sample.radius);
+    range[0] = (int)fmax(pixel[0] - 1.3 * *radius_px, 0);
+    range[1] = (int)fmax(pixel[1] - 1.3 * *radius_px, 0);
+    range[2] = (int)fmin(pixel[0] + 1.3 * *radius_px, map->width - 1);
+    range[3] = (int)fmin(pixel[1] + 1.3 * *radius_px, map->height - 1);
+    return range[0] < range[2] && range[1] < range[3];
+}
+
+/** One block of side x side photosites from (x, y), all of which must show the sample. */
+static bool sample_block(const struct radiance *map, int x, int y, int side, struct facet *facet)
+{
+    struct sums s = {.count = 0};
+    for (int j = 0; j < side; j++)
+        for (int i = 0; i < side; i++)
+            sums_add(&s, map, x + i, y + j, 0, 0);
+    if (s.count < side * side || !sums_facet(&s, 0.25, facet))
+        return false;
+    // A geometry wrong by a tenth of a photosite moves radiance by that part of its slope; and a
+    // block's mean differs from its middle by a part of the spread.
+    double spread = (s.high - s.low) / (0.5 * (s.high + s.low));
+    for (int c = 0; c < 3; c++)
+        facet->sigma[c] = hypot(facet->sigma[c], 0.1 * spread / side + 0.05 * spread);
+    return true;
+}
+
+enum status cal_sample_facets(struct facets *facets, const struct radiance *map,
+                              const struct calibration *c, int v, int wanted, struct error *err)
+{
+    assert(c->sample.shape == SHAPE_SPHERE);
+    const struct view *view = &c->view[v];
+    const struct camera *camera = &c->camera[view->camera];
+    mat3 rotation = cal_rotation(view->view_from_world.rotation);
+    vec3 eye = cal_eye(view->view_from_world);
+    int range[4];
+    double radius_px;
+    if (!sample_range(c, view, map, range, &radius_px))
+        return STATUS_OK;
+    int side = (int)ceil(sqrt(CAP_PI * radius_px * radius_px / wanted));
+    for (int y = range[1]; y + side <= range[3] + 1; y += side)
+        for (int x = range[0]; x + side <= range[2] + 1; x += side) {
+            struct facet facet = {.view = v, .material = MATERIAL_SAMPLE};
+            double middle[2] = {x + 0.5 * (side - 1), y + 0.5 * (side - 1)};
+            vec3 ray = mat3_mul_t(&rotation, cal_ray(camera, middle));
+            if (!hit_sphere(&c->sample, eye, ray, &facet.point))
+                continue;
+            facet.normal =
+                vec3_scale(vec3_sub(facet.point, c->sample.center), 1 / c->sample.radius);
+            // The block and two photosites of blur must lie on the sphere: at cos_o the outline
+            // is R (1 - sin) away.
+            double cos_o = -vec3_dot(facet.normal, ray);
+            double inside = radius_px * (1 - sqrt(fmax(1 - cos_o * cos_o, 0)));
+            if (inside < 0.75 * side + 2 || !sample_block(map, x, y, side, &facet))
+                continue;
+            enum status status = append(facets, &facet, err);
+            if (status)
+                return status;
+        }
+    return STATUS_OK;
+}

@@ -1,0 +1,47 @@
+/* photometry.h -- what the lit surfaces of a scene say of its lamps. Internal to calib/. */
+#ifndef GONIOCAM_PHOTOMETRY_H
+#define GONIOCAM_PHOTOMETRY_H
+
+#include "calib.h"
+#include "pattern.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Patch k of the capture is material MATERIAL_PATCH + k. */
+enum { MATERIAL_SAMPLE, MATERIAL_PAPER, MATERIAL_PATCH };
+
+/** A small piece of a lit surface in one view, averaged over many photosites. */
+struct facet {
+    int view, material;
+    vec3 point, normal;   // world
+    double pixel[2];      // its middle
+    double log_value[3];  // ln radiance
+    double sigma[3];      // of log_value: noise, and what averaging over the facet may cost
+};
+/** A growing list of facets; {0} is empty; free(list.facet). */
+struct facets {
+    struct facet *facet;
+    int count, room;
+};
+
+/** Append the white of the tags seen in a view (the paper, in four quarters of each tag) and the
+ *  patches. Cells that the sample hides, and partly shadowed ones, are left out. */
+enum status cal_board_facets(struct facets *facets, const struct radiance *map,
+                             const struct calibration *calibration, int view,
+                             const struct capture *capture, const struct tag_family *family,
+                             struct error *err);
+/** Append about `wanted` facets of the sample (a sphere) in a view, lit or not, as far as they are
+ *  well above noise. */
+enum status cal_sample_facets(struct facets *facets, const struct radiance *map,
+                              const struct calibration *calibration, int view, int wanted,
+                              struct error *err);
+/** Does the way from a to b pass within `margin` of the sample (a sphere)? Either end may lie on
+ *  the sphere when margin is 0. */
+bool cal_sample_between(const struct sample *sample, vec3 a, vec3 b, double margin);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

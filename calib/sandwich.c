@@ -1,0 +1,149 @@
+/* sandwich.c -- standard deviations that stay true where errors are shared. */
+#include "sandwich.h"
+#include "dense.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/** The free numbers of a problem, and room to evaluate its largest term. */
+struct workspace {
+    int *column;  // [all numbers] of the normal matrix, -1 where held
+    int *first;   // [parameters] of a parameter's numbers
+    int columns, numbers;
+    double *residual, *jacobian;
+    int *at;            // [numbers of the largest term] columns
+    const double **of;  // and where their derivatives begin
+    int *stride;
+};
+
+static void workspace_free(struct workspace *w)
+{
+    free(w->column);
+    free(w->first);
+    free(w->residual);
+    free(w->jacobian);
+    free(w->at);
+    free(w->of);
+    free(w->stride);
+}
+
+static bool workspace_make(struct workspace *w, const struct ceres_problem *p)
+{
+    size_t residuals = 1, wide = 1, area = 1;
+    for (int i = 0; i < p->parameters; i++)
+        w->numbers += p->parameter[i].size;
+    for (int t = 0; t < p->terms; t++) {
+        size_t n = 0;
+        for (int k = 0; k < p->term[t].parameters; k++)
+            n += (size_t)p->parameter[p->term[t].parameter[k]].size;
+        size_t rows = (size_t)p->term[t].residuals;
+        residuals = rows > residuals ? rows : residuals;
+        wide = n > wide ? n : wide;
+        area = n * rows > area ? n * rows : area;
+    }
+    w->column = calloc((size_t)w->numbers + 1, sizeof *w->column);
+    w->first = calloc((size_t)p->parameters + 1, sizeof *w->first);
+    w->residual = calloc(residuals, sizeof *w->residual);
+    w->jacobian = calloc(area, sizeof *w->jacobian);
+    w->at = calloc(wide, sizeof *w->at);
+    w->of = calloc(wide, sizeof *w->of);
+    w->stride = calloc(wide, sizeof *w->stride);
+    if (!w->column || !w->first || !w->residual || !w->jacobian || !w->at || !w->of || !w->stride)
+        return false;
+    for (int i = 0, n = 0; i < p->parameters; i++) {
+        w->first[i] = n;
+        for (int e = 0; e < p->parameter[i].size; e++, n++)
+            w->column[n] = p->parameter[i].held && p->parameter[i].held[e] ? -1 : w->columns++;
+    }
+    return true;
+}
+
+/** Add one term to the normal matrix h [columns][columns] and to the gradient g (may be NULL). */
+static void add_term(struct workspace *w, const struct ceres_problem *p, const struct ceres_term *t,
+                     double *h, double *g)
+{
+    double *jacobian[CERES_TERM_PARAMETERS], *next = w->jacobian;
+    const double *value[CERES_TERM_PARAMETERS];
+    int wide = 0;
+    for (int k = 0; k < t->parameters; k++) {
+        const struct ceres_parameter *u = &p->parameter[t->parameter[k]];
+        value[k] = u->value;
+        jacobian[k] = next;
+        for (int e = 0; e < u->size; e++) {
+            int column = w->column[w->first[t->parameter[k]] + e];
+            if (column < 0)
+                continue;
+            w->at[wide] = column;
+            w->of[wide] = next + e;
+            w->stride[wide++] = u->size;
+        }
+        next += (size_t)t->residuals * (size_t)u->size;
+    }
+    if (!t->evaluate(t->context, value, w->residual, jacobian))
+        return;
+    double square = 0;
+    for (int r = 0; r < t->residuals; r++)
+        square += w->residual[r] * w->residual[r];
+    double weight = t->cauchy > 0 ? 1 / (1 + square / (t->cauchy * t->cauchy)) : 1;
+    for (int a = 0; a < wide; a++)
+        for (int r = 0; r < t->residuals; r++) {
+            double ja = weight * w->of[a][r * w->stride[a]];
+            if (ja == 0)
+                continue;
+            if (g)
+                g[w->at[a]] += ja * w->residual[r];
+            double *row = h + (size_t)w->at[a] * (size_t)w->columns;
+            for (int b = 0; b < wide; b++)
+                row[w->at[b]] += ja * w->of[b][r * w->stride[b]];
+        }
+}
+
+/** Variance of number a: the larger of the sandwich's and the formal one. */
+static double variance_of(const double *inverse, const double *g, int columns, int clusters, int a)
+{
+    double variance = 0;
+    for (int k = 0; k < clusters; k++) {
+        double step = 0;
+        for (int b = 0; b < columns; b++)
+            step += inverse[(size_t)a * (size_t)columns + (size_t)b]
+                    * g[(size_t)k * (size_t)columns + (size_t)b];
+        variance += step * step;
+    }
+    const double few = clusters > 1 ? clusters / (clusters - 1.0) : 1;
+    return fmax(variance * few, inverse[(size_t)a * (size_t)columns + (size_t)a]);
+}
+
+enum status cal_sandwich(double *sigma, const struct ceres_problem *p, const int *cluster,
+                         int clusters, struct error *err)
+{
+    struct workspace w = {0};
+    double *h = NULL, *inverse = NULL, *g = NULL;
+    enum status status = STATUS_OK;
+    bool room = workspace_make(&w, p);
+    const size_t n = (size_t)w.columns;
+    if (room) {
+        h = calloc(n * n + 1, sizeof *h);
+        inverse = calloc(n * n + 1, sizeof *inverse);
+        g = calloc(n * (size_t)clusters + 1, sizeof *g);
+    }
+    if (!h || !inverse || !g) {
+        status = cap_fail(err, STATUS_MEMORY, "the covariance of %d numbers", w.numbers);
+        goto done;
+    }
+    for (int t = 0; t < p->terms; t++)
+        add_term(&w, p, &p->term[t], h, cluster[t] < 0 ? NULL : g + n * (size_t)cluster[t]);
+    if (!dense_cholesky(w.columns, h)) {
+        status = cap_fail(err, STATUS_DATA, "the measurements leave unknowns undetermined");
+        goto done;
+    }
+    dense_inverse(w.columns, h, inverse);
+    for (int i = 0; i < w.numbers; i++)
+        sigma[i] =
+            w.column[i] < 0 ? 0 : sqrt(variance_of(inverse, g, w.columns, clusters, w.column[i]));
+done:
+    workspace_free(&w);
+    free(h);
+    free(inverse);
+    free(g);
+    return status;
+}

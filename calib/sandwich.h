@@ -1,0 +1,18 @@
+/* sandwich.h -- standard deviations that stay true where errors are shared. Internal to calib/. */
+#ifndef GONIOCAM_SANDWICH_H
+#define GONIOCAM_SANDWICH_H
+
+#include "ceres_shim.h"
+
+/** Standard deviations of all numbers of a solved problem, one parameter after another, 0 where
+ *  held: sigma [sum of sizes]. Terms with the same cluster[term] ([terms], 0..clusters-1, or -1:
+ *  independent of all) may share errors; sigma comes from
+ *
+ *      H^-1 (sum over clusters of g g^T) H^-1,     g the gradient of a cluster,
+ *
+ *  and is never below sqrt(diag H^-1). P. J. Huber, "The behavior of maximum likelihood estimates
+ *  under nonstandard conditions", 1967; clusters: Liang and Zeger 1986.
+ *  STATUS_DATA: the terms leave unknowns undetermined. */
+enum status cal_sandwich(double *sigma, const struct ceres_problem *problem, const int *cluster,
+                         int clusters, struct error *err);
+#endif

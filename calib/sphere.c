@@ -1,0 +1,295 @@
+/* sphere.c -- a sphere placed by its outline in all photographs.
+ *
+ * Method.   A ray r (unit, from eye e) on the outline of a sphere touches it:
+ *
+ *               angle(r, c - e) = asin(R / |c - e|)
+ *
+ *           The residual is the difference of the two angles in pixels. Gauss-Newton on c and R,
+ *           reweighted by Tukey's biweight: what is no outline (terminator, stand, cast shadow)
+ *           falls outside it.
+ * Accuracy. The covariance is the sandwich over views, H^-1 (sum_v g_v g_v^T) H^-1: the edges of
+ *           one view share the errors of its pose, so views are what is independent.
+ */
+#include "sphere.h"
+#include "dense.h"
+#include "view_map.h"
+
+#include <assert.h>
+#include <float.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { UNKNOWNS = 4, EDGES_MIN = 12, ROUNDS = 30 };  // UNKNOWNS: x, y, z, R
+static const double BIWEIGHT = 4.685;      // Tukey's constant: 95 % efficient for normal errors
+static const double RADIUS_PRIOR = 0.005;  // a ruler or caliper gives a radius to half a percent
+
+/** An edge as the fit sees it. */
+struct tangent {
+    vec3 eye, ray;  // in the world
+    double px;      // pixels a radian: the focal length
+    double sigma_px;
+    int view;
+};
+
+static int by_value(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/** Residual in pixels, positive outside, and its derivatives by x, y, z, R. */
+static double tangent_residual(const struct tangent *t, vec3 center, double radius,
+                               double derivative[UNKNOWNS])
+{
+    vec3 to = vec3_sub(center, t->eye);
+    double distance = vec3_length(to), sine = fmin(radius / distance, 0.999);
+    vec3 a = vec3_scale(to, 1 / distance);
+    double along = vec3_dot(t->ray, a);
+    vec3 across = vec3_sub(t->ray, vec3_scale(a, along));
+    double off = vec3_length(across), cosine = sqrt(1 - sine * sine);
+    // d angle / dc = -across/|across| / distance,  d asin(R/D) / dc = -(R/D^2) a / cosine
+    vec3 g = vec3_add(vec3_scale(across, -1 / (off * distance)),
+                      vec3_scale(a, sine / (distance * cosine)));
+    derivative[0] = t->px * g.x;
+    derivative[1] = t->px * g.y;
+    derivative[2] = t->px * g.z;
+    derivative[3] = -t->px / (distance * cosine);
+    return t->px * (atan2(off, along) - asin(sine));
+}
+
+/** Invert the symmetric positive a in place; false: it is singular. */
+static bool invert(double a[UNKNOWNS][UNKNOWNS])
+{
+    double l[UNKNOWNS * UNKNOWNS];
+    memcpy(l, a, sizeof l);
+    if (!dense_cholesky(UNKNOWNS, l))
+        return false;
+    dense_inverse(UNKNOWNS, l, &a[0][0]);
+    return true;
+}
+
+/** 1.4826 x median |residual / sigma|: the robust scale of the edges' errors. */
+static double robust_scale(const struct tangent *t, int count, vec3 center, double radius,
+                           double *work)
+{
+    double unused[UNKNOWNS];
+    for (int i = 0; i < count; i++)
+        work[i] = fabs(tangent_residual(&t[i], center, radius, unused)) / t[i].sigma_px;
+    qsort(work, (size_t)count, sizeof *work, by_value);
+    return 1.4826 * work[count / 2];
+}
+
+static double biweight(double z)
+{
+    double u = 1 - z * z / (BIWEIGHT * BIWEIGHT);
+    return u > 0 ? u * u : 0;
+}
+
+/** Normal equations at the current place: h and g over all edges, and g of each view apart. */
+static void accumulate(double h[UNKNOWNS][UNKNOWNS], double (*view_g)[UNKNOWNS], int views,
+                       const struct tangent *t, int count, vec3 center, double radius, double scale)
+{
+    memset(h, 0, sizeof(double[UNKNOWNS][UNKNOWNS]));
+    memset(view_g, 0, (size_t)views * sizeof *view_g);
+    for (int i = 0; i < count; i++) {
+        double d[UNKNOWNS], r = tangent_residual(&t[i], center, radius, d);
+        double w = biweight(r / (t[i].sigma_px * scale)) / (t[i].sigma_px * t[i].sigma_px);
+        for (int a = 0; a < UNKNOWNS; a++) {
+            for (int b = 0; b < UNKNOWNS; b++)
+                h[a][b] += w * d[a] * d[b];
+            view_g[t[i].view][a] += w * d[a] * r;
+        }
+    }
+}
+
+/** Add the prior on the radius. */
+static void add_prior(double h[UNKNOWNS][UNKNOWNS], double g[UNKNOWNS], double radius,
+                      double nominal, double sigma)
+{
+    if (sigma > 0) {
+        h[3][3] += 1 / (sigma * sigma);
+        g[3] += (radius - nominal) / (sigma * sigma);
+    } else {
+        for (int a = 0; a < UNKNOWNS; a++)
+            h[3][a] = h[a][3] = 0;
+        h[3][3] = 1;
+        g[3] = 0;
+    }
+}
+
+/** Covariance of the sandwich: inverse * (sum over views of g g^T) * inverse. */
+static void sandwich(double sigma[UNKNOWNS], double inverse[UNKNOWNS][UNKNOWNS],
+                     double (*view_g)[UNKNOWNS], int views)
+{
+    double variance[UNKNOWNS] = {0};
+    int seen = 0;
+    for (int v = 0; v < views; v++) {
+        bool any = false;
+        for (int a = 0; a < UNKNOWNS; a++) {
+            double step = 0;
+            for (int b = 0; b < UNKNOWNS; b++)
+                step += inverse[a][b] * view_g[v][b];
+            variance[a] += step * step;
+            any = any || view_g[v][a] != 0;
+        }
+        seen += any;
+    }
+    // Few views know little of their own scatter; never claim more than the edges' own noise.
+    for (int a = 0; a < UNKNOWNS; a++)
+        sigma[a] = sqrt(fmax(variance[a] * seen / fmax(seen - 1, 1), inverse[a][a]));
+}
+
+static int make_tangents(struct tangent *t, const struct calibration *c, const struct edge *edge,
+                         int count)
+{
+    for (int i = 0; i < count; i++) {
+        const struct view *view = &c->view[edge[i].view];
+        const struct camera *camera = &c->camera[view->camera];
+        mat3 r = cal_rotation(view->view_from_world.rotation);
+        t[i] = (struct tangent){
+            .eye = cal_eye(view->view_from_world),
+            .ray = mat3_mul_t(&r, cal_ray(camera, edge[i].pixel)),
+            .px = 0.5 * (camera->focal[0] + camera->focal[1]),
+            .sigma_px = hypot(edge[i].sigma_px, 0.01),  // no edge is better than that
+            .view = edge[i].view,
+        };
+    }
+    return count;
+}
+
+static void measure_outline(struct sample *s, const struct tangent *t, int count, double scale)
+{
+    double sum = 0, unused[UNKNOWNS];
+    s->outline_edges = 0;
+    for (int i = 0; i < count; i++) {
+        double r = tangent_residual(&t[i], s->center, s->radius, unused);
+        if (biweight(r / (t[i].sigma_px * scale)) > 0) {
+            sum += r * r;
+            s->outline_edges++;
+        }
+    }
+    s->outline_rms_px = s->outline_edges ? sqrt(sum / s->outline_edges) : 0;
+}
+
+enum status cal_sphere_fit(struct sample *sample, const struct calibration *calibration,
+                           const struct edge *edge, int count, struct error *err)
+{
+    if (count < EDGES_MIN)
+        return cap_fail(err, STATUS_DATA, "only %d edges of the sample's outline were found",
+                        count);
+    enum status status = STATUS_OK;
+    struct sample s = *sample;
+    struct tangent *t = calloc((size_t)count, sizeof *t);
+    double *work = calloc((size_t)count, sizeof *work);
+    double(*view_g)[UNKNOWNS] = calloc((size_t)calibration->views, sizeof *view_g);
+    double h[UNKNOWNS][UNKNOWNS], scale = 1, moved = DBL_MAX;
+    if (!t || !work || !view_g) {
+        status = cap_fail(err, STATUS_MEMORY, "%d edges", count);
+        goto done;
+    }
+    make_tangents(t, calibration, edge, count);
+    for (int round = 0; round < ROUNDS && moved > 1e-9; round++) {
+        double g[UNKNOWNS] = {0}, step[UNKNOWNS] = {0};
+        scale = fmax(robust_scale(t, count, s.center, s.radius, work), 0.5);
+        accumulate(h, view_g, calibration->views, t, count, s.center, s.radius, scale);
+        for (int v = 0; v < calibration->views; v++)
+            for (int a = 0; a < UNKNOWNS; a++)
+                g[a] += view_g[v][a];
+        add_prior(h, g, s.radius, sample->radius, sample->sigma_radius);
+        if (!invert(h)) {
+            status = cap_fail(err, STATUS_DATA, "the outlines do not determine the sample's place");
+            goto done;
+        }
+        for (int a = 0; a < UNKNOWNS; a++)
+            for (int b = 0; b < UNKNOWNS; b++)
+                step[a] -= h[a][b] * g[b];
+        s.center = vec3_add(s.center, (vec3){step[0], step[1], step[2]});
+        s.radius += step[3];
+        moved = fabs(step[0]) + fabs(step[1]) + fabs(step[2]) + fabs(step[3]);
+    }
+    double sigma[UNKNOWNS];
+    sandwich(sigma, h, view_g, calibration->views);
+    memcpy(s.sigma_center, sigma, sizeof s.sigma_center);
+    s.sigma_radius = sample->sigma_radius > 0 ? sigma[3] : 0;
+    measure_outline(&s, t, count, scale);
+    *sample = s;
+done:
+    free(t);
+    free(work);
+    free(view_g);
+    return status;
+}
+
+/** All edges of all views about sample->center; each view's edges stand together, in order. */
+static enum status find_edges(struct edge **edges, int *count, const struct calibration *c,
+                              const char *out, double search, bool fine, struct run *run,
+                              struct error *err)
+{
+    struct edge **of_view = calloc((size_t)c->views, sizeof *of_view);
+    int *found = calloc((size_t)c->views, sizeof *found);
+    enum status status = STATUS_OK;
+    if (!of_view || !found)
+        status = cap_fail(err, STATUS_MEMORY, "%d views", c->views);
+#pragma omp parallel for schedule(dynamic) num_threads(run->threads) if (!status)
+    for (int v = 0; v < c->views; v++) {
+        if (status)
+            continue;
+        struct error own = {0};
+        struct radiance map = {0};
+        enum status s = cal_view_map(&map, out, &c->view[v], &own);
+        if (!s)
+            s = cal_outline_edges(&of_view[v], &found[v], &map, &c->camera[c->view[v].camera],
+                                  &c->view[v], v, c->sample.center, c->sample.radius, search, fine,
+                                  &own);
+        cap_radiance_free(&map);
+        if (s) {
+#pragma omp critical(sphere_error)
+            if (!status)
+                status = cap_fail(err, s, "%s", own.text);
+        }
+    }
+    int total = 0;
+    for (int v = 0; found && v < c->views; v++)
+        total += found[v];
+    *count = 0;
+    *edges = status ? NULL : calloc((size_t)total + 1, sizeof **edges);
+    if (!status && !*edges)
+        status = cap_fail(err, STATUS_MEMORY, "%d edges", total);
+    for (int v = 0; of_view && v < c->views; v++) {
+        if (!status && found[v])
+            memcpy(*edges + *count, of_view[v], (size_t)found[v] * sizeof **edges);
+        *count += status ? 0 : found[v];
+        free(of_view[v]);
+    }
+    free(of_view);
+    free(found);
+    return status;
+}
+
+enum status cal_sphere_place(struct calibration *calibration, const struct capture *capture,
+                             const char *out, struct run *run, struct error *err)
+{
+    const struct sample_place *nominal = &capture->sample;
+    assert(nominal->shape == SHAPE_SPHERE);
+    struct sample *s = &calibration->sample;
+    *s = (struct sample){
+        .shape = SHAPE_SPHERE, .center = nominal->center, .radius = nominal->radius};
+    // How far the nominal place may be wrong, in pixels: a seventh of the radius, then closer.
+    const struct camera *camera = &calibration->camera[calibration->view[0].camera];
+    vec3 eye = cal_eye(calibration->view[0].view_from_world);
+    double px = camera->focal[0] / vec3_length(vec3_sub(s->center, eye));
+    const double search[] = {fmax(0.15 * s->radius * px, 8), 5, 2.5, 2.5};
+    enum status status = STATUS_OK;
+    for (int pass = 0; pass < 4 && !status; pass++) {
+        struct edge *edges = NULL;
+        int count = 0;
+        bool fine = pass >= 2;
+        s->sigma_radius = fine ? RADIUS_PRIOR * nominal->radius : 0;
+        s->radius = nominal->radius;
+        status = find_edges(&edges, &count, calibration, out, search[pass], fine, run, err);
+        if (!status)
+            status = cal_sphere_fit(s, calibration, edges, count, err);
+        free(edges);
+    }
+    return status ? cap_fail_within(err, "the sphere's outline") : STATUS_OK;
+}

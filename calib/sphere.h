@@ -1,0 +1,26 @@
+/* sphere.h -- a sphere placed by its outline in all photographs. Internal to calib/. */
+#ifndef GONIOCAM_SPHERE_H
+#define GONIOCAM_SPHERE_H
+
+#include "outline.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Fit centre and radius to edges ([count]) in the calibrated views, from sample->center and
+ *  ->radius as start and (the radius, to sigma_radius; 0 holds it) as prior. Fills center,
+ *  radius, their sigmas, outline_rms_px and outline_edges (those that were used). Needs only
+ *  cameras and views of the calibration. STATUS_DATA: the edges do not determine the centre. */
+enum status cal_sphere_fit(struct sample *sample, const struct calibration *calibration,
+                           const struct edge *edge, int count, struct error *err);
+
+/** Place the sphere of a merged capture: nominal place, coarse edges, then fine ones, in all views
+ *  of *calibration, whose sample it fills. Reads OUT/radiance/SHOT.exr. */
+enum status cal_sphere_place(struct calibration *calibration, const struct capture *capture,
+                             const char *out, struct run *run, struct error *err);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
