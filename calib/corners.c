@@ -120,7 +120,7 @@ struct axis {
 // The density is below 1e-4 of its peak beyond this many deviations.
 static const double reach = 4.3;
 
-static void spread(struct axis *axis, double at, double sigma, int cells)
+static void spread(struct axis *axis, double at, double sigma, double flat, int cells)
 {
     int first = (int)fmin(fmax(floor(at - reach * sigma), 0), cells - 1);
     int last = (int)fmin(fmax(floor(at + reach * sigma), 0), cells - 1);
@@ -130,11 +130,12 @@ static void spread(struct axis *axis, double at, double sigma, int cells)
     for (int j = 0; j < axis->count; j++) {
         double above[4] = {1, 0, 0, 0};
         if (first + j < last) {
-            double a = (first + j + 1 - at) / sigma;
-            above[0] = 0.5 * erfc(-a * sqrt(0.5));
-            above[1] = exp(-0.5 * a * a) / sqrt(2 * CAP_PI);
-            above[2] = -a * above[1];
-            above[3] = (a * a - 1) * above[1];
+            double a = (first + j + 1 - at) / sigma, a2 = a * a, k = flat / 24;
+            double density = exp(-0.5 * a2) / sqrt(2 * CAP_PI);
+            above[0] = 0.5 * erfc(-a * sqrt(0.5)) - density * k * a * (a2 - 3);
+            above[1] = density * (1 + k * (a2 * (a2 - 6) + 3));
+            above[2] = -density * a * (1 + k * (a2 * (a2 - 10) + 15));
+            above[3] = density * (a2 - 1 + k * (a2 * (a2 * (a2 - 15) + 45) - 15));
         }
         for (int n = 0; n < 4; n++) {
             axis->w[n][j] = above[n] - below[n];
@@ -143,9 +144,18 @@ static void spread(struct axis *axis, double at, double sigma, int cells)
     }
 }
 
+// Excess kurtosis, across an edge whose gradient over the image is g, of a photosite's square (a
+// fourth cumulant of -1/120 px^4 along either side) blurred to a variance of `blur`.
+static double kurtosis(const double g[2], double blur)
+{
+    double x2 = g[0] * g[0], y2 = g[1] * g[1], sum = x2 + y2;
+    return -(x2 * x2 + y2 * y2) / (sum * sum) / (120 * blur * blur);
+}
+
 // Whiteness of the pattern under a pixel, and its derivatives.
 struct whiteness {
     double value, by_s, by_t, by_blur;
+    double slope2;  // squared slope over the image, 1/px^2
 };
 
 static bool whiteness_at(const struct fit *f, const double q[2], double st[2],
@@ -163,8 +173,8 @@ static bool whiteness_at(const struct fit *f, const double q[2], double st[2],
     double uv = by_pixel[0][0] * by_pixel[1][0] + by_pixel[0][1] * by_pixel[1][1];
     double su = sqrt(f->blur * uu), sv = sqrt(f->blur * vv), r = uv / sqrt(uu * vv);
     struct axis a, b;
-    spread(&a, st[0] * side + p->begin, su, p->width);
-    spread(&b, st[1] * side + p->begin, sv, p->width);
+    spread(&a, st[0] * side + p->begin, su, kurtosis(by_pixel[0], f->blur), p->width);
+    spread(&b, st[1] * side + p->begin, sv, kurtosis(by_pixel[1], f->blur), p->width);
     *out = (struct whiteness){0};
     for (int j = 0; j < b.count; j++)
         for (int i = 0; i < a.count; i++) {
@@ -183,6 +193,9 @@ static bool whiteness_at(const struct fit *f, const double q[2], double st[2],
     out->by_s *= side / su;
     out->by_t *= side / sv;
     out->by_blur /= 2 * f->blur;
+    double gx = out->by_s * by_q[0][0] + out->by_t * by_q[1][0];
+    double gy = out->by_s * by_q[0][1] + out->by_t * by_q[1][1];
+    out->slope2 = gx * gx + gy * gy;
     return true;
 }
 
@@ -199,9 +212,14 @@ static void warp_basis(const double st[2], double ds[WARP], double dt[WARP])
     memcpy(dt, t, sizeof t);
 }
 
-// Residual of a photosite and its derivatives by the unknowns.
-static bool residual_at(const struct fit *f, const struct photosite *site, double *residual,
-                        double by[UNKNOWNS])
+// What paper, print and this model of blur leave unexplained: a share of the contrast everywhere,
+// and at edges what a displacement of so many pixels would do.
+static const double paper_floor = 0.01, edge_floor_px = 0.05;
+
+// Residual of a photosite, its variance, and its derivatives by the unknowns. `coarse` is a share
+// of the contrast that the residual may be off by while the pattern is not yet in place.
+static bool residual_at(const struct fit *f, const struct photosite *site, double coarse,
+                        double *residual, double *variance, double by[UNKNOWNS])
 {
     double st[2], ds[WARP], dt[WARP];
     struct whiteness g;
@@ -220,6 +238,9 @@ static bool residual_at(const struct fit *f, const struct photosite *site, doubl
         by[i] = (white - black) * (g.by_s * ds[i] + g.by_t * dt[i]);
     by[BLUR] = (white - black) * g.by_blur;
     *residual = site->value - black - g.value * (white - black);
+    double share2 =
+        coarse * coarse + paper_floor * paper_floor + edge_floor_px * edge_floor_px * g.slope2;
+    *variance = site->variance + share2 * (white - black) * (white - black);
     return true;
 }
 
@@ -231,17 +252,15 @@ struct normal {
     double squares, inliers, sites;  // weighted squares; sums of weights; photosites
 };
 
-static void accumulate(struct normal *n, const struct fit *f, double floor_share, double scale)
+static void accumulate(struct normal *n, const struct fit *f, double coarse, double scale)
 {
     memset(n, 0, sizeof *n);
-    double contrast = f->level[3] - f->level[0], floor2 = floor_share * contrast;
-    floor2 *= floor2;
     for (int k = 0; k < f->sites; k++) {
         const struct photosite *site = f->site + k;
-        double r, by[UNKNOWNS];
-        if (!residual_at(f, site, &r, by))
+        double r, variance, by[UNKNOWNS];
+        if (!residual_at(f, site, coarse, &r, &variance, by))
             continue;
-        double precision = 1 / (site->variance + floor2);
+        double precision = 1 / variance;
         double z2 = r * r * precision / (scale * scale) / (tukey * tukey);
         n->sites++;
         if (z2 >= 1)
@@ -268,8 +287,8 @@ static bool fit_levels(struct fit *f)
     f->level[3] = 1e-30;  // no contrast yet: no site is an outlier of nothing
     memset(&n, 0, sizeof n);
     for (int k = 0; k < f->sites; k++) {
-        double r, by[UNKNOWNS];
-        if (!residual_at(f, f->site + k, &r, by))
+        double r, variance, by[UNKNOWNS];
+        if (!residual_at(f, f->site + k, 0, &r, &variance, by))
             continue;
         for (int i = BLACK; i < UNKNOWNS; i++) {
             n.b[i] += by[i] * f->site[k].value;
@@ -304,11 +323,11 @@ static void corners_by_warp(const struct fit *f, double by[8][WARP])
 }
 
 // One step; *moved is the largest motion of a corner. false: the normal equations are singular.
-static bool take_step(struct fit *f, double floor_share, double scale, double *moved)
+static bool take_step(struct fit *f, double coarse, double scale, double *moved)
 {
     struct normal n;
     double by[8][WARP];
-    accumulate(&n, f, floor_share, scale);
+    accumulate(&n, f, coarse, scale);
     if (!dense_cholesky(UNKNOWNS, n.a[0]))
         return false;
     dense_solve(UNKNOWNS, n.a[0], n.b);
@@ -343,17 +362,14 @@ static bool within(const struct tag_pattern *p, const double st[2], const double
     return true;
 }
 
-// Far inside a cell every 16th photosite is enough to know the levels.
-static bool dull(const double st[2], const double margin[2], int side, int x, int y)
+// Of the photosites that see no edge one in 16 is enough to know the levels.
+static bool dull(const struct fit *f, const double q[2], int x, int y)
 {
+    double st[2];
+    struct whiteness g;
     if (((x | y) & 3) == 0)
         return false;
-    for (int i = 0; i < 2; i++) {
-        double u = st[i] * side, off = fabs(u - round(u));
-        if (off < 3 * margin[i])
-            return false;
-    }
-    return true;
+    return !whiteness_at(f, q, st, &g) || fabs(g.by_s) + fabs(g.by_t) < 1e-6;
 }
 
 static bool tag_box(const struct fit *f, const struct camera *camera, const struct radiance *map,
@@ -404,8 +420,9 @@ static bool gather(struct fit *f, const struct camera *camera, const struct radi
             undistort(camera, pixel, s.q);
             apply(&f->square_from_q, s.q, st, by_q);
             for (int i = 0; i < 2; i++)
-                margin[i] = margin_px * f->pattern->side * hypot(by_q[i][0], by_q[i][1]);
-            if (!within(f->pattern, st, margin) || dull(st, margin, f->pattern->side, x, y))
+                margin[i] = margin_px * f->pattern->side
+                            * sqrt(by_q[i][0] * by_q[i][0] + by_q[i][1] * by_q[i][1]);
+            if (!within(f->pattern, st, margin) || dull(f, s.q, x, y))
                 continue;
             size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)x);
             for (int c = 0; c < 3; c++) {
@@ -444,27 +461,20 @@ static int compare_doubles(const void *a, const void *b)
 }
 
 // Median of |residual| / deviation, as the deviation of Gaussian noise: 1 where the noise is as
-// told. 0: out of memory.
-static double scatter_of(const struct fit *f, double floor_share)
+// told. From about SCATTER_SITES photosites: 4 % of a deviation is close enough for a threshold.
+enum { SCATTER_SITES = 500 };
+static double scatter_of(const struct fit *f)
 {
-    double *z = malloc((size_t)f->sites * sizeof *z), floor_level = 0, scatter = 0;
-    int n = 0;
-    floor_level = floor_share * (f->level[3] - f->level[0]);
-    for (int k = 0; z && k < f->sites; k++) {
-        double r, by[UNKNOWNS];
-        if (residual_at(f, f->site + k, &r, by))
-            z[n++] = fabs(r) / sqrt(f->site[k].variance + floor_level * floor_level);
+    double z[2 * SCATTER_SITES];
+    int n = 0, stride = 1 + f->sites / (2 * SCATTER_SITES);
+    for (int k = 0; k < f->sites; k += stride) {
+        double r, variance, by[UNKNOWNS];
+        if (residual_at(f, f->site + k, 0, &r, &variance, by))
+            z[n++] = fabs(r) / sqrt(variance);
     }
-    if (n > 0) {
-        qsort(z, (size_t)n, sizeof *z, compare_doubles);
-        scatter = z[n / 2] / 0.6745;
-    }
-    free(z);
-    return scatter;
+    qsort(z, (size_t)n, sizeof *z, compare_doubles);
+    return n ? z[n / 2] / 0.6745 : 0;
 }
-
-// What paper, print and this model of blur leave unexplained, as a share of the contrast.
-static const double paper_floor = 0.01;
 
 // Slide the pattern into place, with less and less patience for what disagrees.
 static bool slide(struct fit *f)
@@ -475,14 +485,14 @@ static bool slide(struct fit *f)
         for (int n = 0; n < 8; n++) {
             if (!take_step(f, floors[i], 1, &moved))
                 return false;
-            if (moved < 0.02)
+            if (moved < 0.05)
                 break;
         }
-    double scale = fmax(1, scatter_of(f, paper_floor));
+    double scale = fmax(1, scatter_of(f));
     for (int n = 0; n < 8; n++) {
-        if (!take_step(f, paper_floor, scale, &moved))
+        if (!take_step(f, 0, scale, &moved))
             return false;
-        if (moved < 5e-4)
+        if (moved < 1e-3)
             break;
     }
     return moved < 0.02;
@@ -492,9 +502,9 @@ static bool slide(struct fit *f)
 static bool finish(struct tag_fit *out, const struct fit *f, const struct camera *camera)
 {
     struct normal n;
-    double scale = fmax(scatter_of(f, paper_floor), 0.1);
+    double scale = fmax(scatter_of(f), 0.1);
     double all[UNKNOWNS][UNKNOWNS], by[8][WARP], pixel_by_warp[8][WARP];
-    accumulate(&n, f, paper_floor, fmax(1, scale));
+    accumulate(&n, f, 0, fmax(1, scale));
     if (!dense_cholesky(UNKNOWNS, n.a[0]))
         return false;
     dense_inverse(UNKNOWNS, n.a[0], all[0]);
