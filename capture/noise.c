@@ -1,0 +1,158 @@
+/* noise.c -- gain and read noise of a sensor by photon transfer between frames of a bracket.
+ *
+ * For a photosite in two frames whose times have the ratio R, the difference d = v_long - R v_short
+ * (both less black) is free of the scene, and
+ *
+ *     var d / (1 + R^2) = read^2 + z / gain,   z = s_long (1 + R) / (1 + R^2),
+ *
+ * in DN and electrons a DN: a line, fitted through bins of z. A photosite's bin must not depend on
+ * the noise in d, or bins would be chosen by d: it is told by v_long + k v_short with
+ * k = var v_long / (R var v_short), which makes both uncorrelated, from the line found before
+ * (k = 1, photon noise alone, at first). d's mean in a bin is taken off, so that wrong times and a
+ * non-linear sensor do no harm. Read noise holds the converter's rounding as well.
+ *
+ * J. Janesick, "Photon Transfer", SPIE, 2007.
+ */
+#include "sensor.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { BINS = 72, BIN_MIN = 200 };  // quarters of an octave; a variance of 200 is good to 10 %
+
+struct bin {
+    double count, zeros, sum_z, sum, sum2;
+    double mean, deviation;  // of the pass before; deviation 0: none yet
+};
+
+/* variance of DN = offset + slope signal. */
+struct line {
+    double offset, slope;
+};
+
+static int bin_of(double z)
+{
+    int bin = z < 1 ? 0 : 1 + (int)(4 * log2(z));
+    return bin < BINS ? bin : BINS - 1;
+}
+
+static void add_pair(struct bin *bin, struct line noise, const struct sensor *sensor, int c,
+                     const struct bracket_sample *s, int f, size_t stride)
+{
+    double ratio = s->time[f] / s->time[f - 1], black = sensor->black[c];
+    double to_z = (1 + ratio) / (1 + ratio * ratio);
+    double scale = 1 / sqrt(1 + ratio * ratio);
+    // Photon noise must not reach into saturation: 10 % are 4 standard deviations and more for
+    // every sensor that holds 1600 electrons.
+    double high = 0.9 * (sensor->usable[c] - black);
+    const uint16_t *dn_short = s->dn[f - 1], *dn_long = s->dn[f];
+    for (size_t i = c; i < 3 * s->photosites; i += 3 * stride) {
+        double a = dn_short[i] - black, b = dn_long[i] - black;
+        double photons = noise.slope * fmax(b, 0);
+        double k = noise.offset + photons <= 0
+                       ? 1
+                       : (noise.offset + photons) / (ratio * noise.offset + photons);
+        double signal = (b + k * a) / (1 + k / ratio);
+        if (signal > high || b > sensor->usable[c] - black)
+            continue;
+        struct bin *to = &bin[bin_of(signal * to_z)];
+        double d = (b - ratio * a) * scale;
+        if (to->deviation > 0 && fabs(d - to->mean) > 5 * to->deviation)
+            continue;
+        to->count++;
+        to->zeros += dn_short[i] == 0 || dn_long[i] == 0;
+        to->sum_z += signal * to_z;
+        to->sum += d;
+        to->sum2 += d * d;
+    }
+}
+
+static void fill_bins(struct bin *bin, struct line noise, const struct sensor *sensor, int c,
+                      const struct bracket_sample *sample, int samples)
+{
+    enum { PASSES = 3, ENOUGH = 1000000 };  // photosites a channel, all frames together
+    size_t total = 0;
+    for (int k = 0; k < samples; k++)
+        total += sample[k].photosites * (size_t)sample[k].frames;
+    size_t stride = 1 + total / ENOUGH;
+    memset(bin, 0, BINS * sizeof *bin);
+    for (int pass = 0; pass < PASSES; pass++) {
+        for (int b = 0; b < BINS; b++)
+            bin[b] = (struct bin){.mean = bin[b].mean, .deviation = bin[b].deviation};
+        for (int k = 0; k < samples; k++)
+            for (int f = 1; f < sample[k].frames; f++)
+                if (sample[k].time[f] > 1.2 * sample[k].time[f - 1])
+                    add_pair(bin, noise, sensor, c, &sample[k], f, stride);
+        for (int b = 0; b < BINS; b++) {
+            if (bin[b].count == 0)
+                continue;
+            bin[b].mean = bin[b].sum / bin[b].count;
+            double variance = bin[b].sum2 / bin[b].count - bin[b].mean * bin[b].mean;
+            bin[b].deviation = sqrt(fmax(variance, 1e-6));
+        }
+    }
+}
+
+/* variance = offset + slope z, each bin weighted by the variance of its variance: 2 v^2 / n, and
+ * 3 % for what no line describes (rounding of a noise below 1 DN, compression). */
+static bool fit_line(const struct bin *bin, double floor, struct line *line)
+{
+    double a = 0, b = 0;
+    for (int round = 0; round < 4; round++) {
+        double s = 0, sz = 0, szz = 0, sv = 0, szv = 0;
+        int used = 0;
+        for (int k = 0; k < BINS; k++) {
+            double v = bin[k].deviation * bin[k].deviation;
+            if (bin[k].count < BIN_MIN || bin[k].zeros > 0.01 * bin[k].count || v < floor)
+                continue;
+            double z = bin[k].sum_z / bin[k].count;
+            double model = round == 0 ? v : fmax(a + b * z, floor);
+            double w = 1 / ((2 / bin[k].count + 0.03 * 0.03) * model * model);
+            s += w;
+            sz += w * z;
+            szz += w * z * z;
+            sv += w * v;
+            szv += w * z * v;
+            used++;
+        }
+        double determinant = s * szz - sz * sz;
+        if (used < 3 || !(determinant > 0))
+            return false;
+        b = (s * szv - sz * sv) / determinant;
+        a = (sv - b * sz) / s;
+    }
+    *line = (struct line){fmax(a, floor), b};
+    return b > 0;
+}
+
+/* Rounding alone, in DN^2: that of the converter, or of the lowest sRGB codes. */
+static double rounding(const struct sensor_known *known)
+{
+    double step = known->encoded ? 65535 / 255.0 / 12.92 : 1;
+    return step * step / 12;
+}
+
+void sensor_find_noise(struct sensor *sensor, int c, const struct bracket_sample *sample,
+                       int samples, const struct sensor_known *known, struct sensor_doubts *doubts)
+{
+    struct bin bin[BINS];
+    struct line noise = {0, 1};
+    bool found = true;
+    for (int round = 0; round < 3 && found; round++) {
+        fill_bins(bin, noise, sensor, c, sample, samples);
+        found = fit_line(bin, rounding(known), &noise);
+    }
+    if (!found) {
+        // The middle of the road: a full well of 20000 electrons, and read noise of 5.
+        sensor->gain[c] = 20000 / (sensor->white[c] - sensor->black[c]);
+        sensor->read_noise[c] = hypot(5 / sensor->gain[c], sqrt(rounding(known)));
+        doubts->noise = doubts->noise || isnan(known->gain);
+    } else {
+        sensor->gain[c] = 1 / noise.slope;
+        sensor->read_noise[c] = sqrt(noise.offset);
+    }
+    if (!isnan(known->gain))
+        sensor->gain[c] = known->gain;
+    if (!isnan(known->read_noise))
+        sensor->read_noise[c] = hypot(known->read_noise / sensor->gain[c], sqrt(rounding(known)));
+}
