@@ -1,6 +1,249 @@
 /* commands.c -- the commands of reconstruct/: arguments and messages, no arithmetic. */
-#include "reconstruct.h"
+#include "bins_hdf5.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+static bool begin(struct run *run, const struct arguments *args)
+{
+    int threads;
+    if (!cap_option_int(args, "threads", 1, 1024, 0, &threads))
+        return false;
+    cap_run_begin(run, threads, cap_option(args, "quiet") != NULL);
+    return true;
+}
+
+/* ---- reconstruct ------------------------------------------------------------------------------
+ */
+
+static void print_fit(const struct fit *fit)
+{
+    int k = 0;
+    printf("%s:", fit->model->name);
+    for (const struct parameter *p = fit->model->parameter; p->name; p++)
+        for (int c = 0; c < p->size; c++, k++)
+            printf(" %s%.5g +- %.1g", c ? "" : p->name, fit->value[k], fit->sigma[k]);
+    printf("; misses by %.2g in log, %.2g %% in the median\n", fit->log_rms,
+           100 * fit->relative_median);
+}
+
+static void print_summary(const struct summary *s, const char *out, bool json)
+{
+    if (json) {
+        printf("{\"out\": \"%s\", \"shots\": %d, \"bins\": %d, \"median_relative_sigma\": %.4g, "
+               "\"best_fit\": \"%s\"}\n",
+               out, s->shots, s->bins, s->median_sigma, s->best.model->name);
+        return;
+    }
+    printf("%d bins measured in %d shots, median sigma %.2g %%\n", s->bins, s->shots,
+           100 * s->median_sigma);
+    print_fit(&s->best);
+    printf("table: %s/brdf.binary   fits: %s/fits.yaml   look at: %s/preview.png\n", out, out, out);
+}
+
+static int run_reconstruct(const struct arguments *args)
+{
+    const char *out = cap_option(args, "output");
+    if (args->count != 1 || !out)
+        return 2;
+    struct run run;
+    struct error err = {0};
+    struct summary summary;
+    if (!begin(&run, args))
+        return 2;
+    enum status status = rec_reconstruct(&summary, args->positional[0], out,
+                                         cap_option(args, "calibration"), &run, &err);
+    cap_run_end(&run);
+    if (!status)
+        print_summary(&summary, out, cap_option(args, "json") != NULL);
+    return cap_exit(status, &err);
+}
+
+/* ---- fit --------------------------------------------------------------------------------------
+ */
+
+enum { MODELS_MAX = 64 };
+
+// "ggx,lambert" to models. false: one is unknown, and a message is out.
+static bool models_named(const struct model **models, int *count, const char *names)
+{
+    char copy[1024];
+    char *rest = NULL;
+    if (strlen(names) >= sizeof copy)
+        return false;
+    strcpy(copy, names);
+    *count = 0;
+    for (char *name = strtok_r(copy, ",", &rest); name; name = strtok_r(NULL, ",", &rest)) {
+        const struct model *model = rec_model_find(name);
+        if (!model || *count == MODELS_MAX) {
+            fprintf(stderr, "goniocam: no model is called '%s'; there are:", name);
+            for (const struct model *const *m = rec_models; *m; m++)
+                fprintf(stderr, " %s", (*m)->name);
+            fprintf(stderr, "\n");
+            return false;
+        }
+        models[(*count)++] = model;
+    }
+    return *count > 0;
+}
+
+static bool is_folder(const char *path)
+{
+    struct stat info;
+    return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+}
+
+static enum status read_bins(struct bins *bins, const char *path, struct error *err)
+{
+    if (is_folder(path)) {
+        char *file = cap_path(path, "bins.h5");
+        enum status status =
+            file ? rec_bins_read(bins, file, err) : cap_fail(err, STATUS_MEMORY, "no memory");
+        free(file);
+        return status;
+    }
+    struct merl table = {0};
+    enum status status = rec_merl_read(&table, path, err);
+    if (!status)
+        status = rec_bins_of_table(bins, &table, err);
+    rec_merl_free(&table);
+    return status;
+}
+
+// Where the fits go: -o FILE, or fits.yaml in OUT, or beside the table.
+static char *fits_path(const char *input, const char *output)
+{
+    if (output)
+        return strdup(output);
+    if (is_folder(input))
+        return cap_path(input, "fits.yaml");
+    char *path = malloc(strlen(input) + sizeof ".fits.yaml");
+    if (path)
+        strcat(strcpy(path, input), ".fits.yaml");
+    return path;
+}
+
+static int run_fit(const struct arguments *args)
+{
+    const char *names = cap_option(args, "model");
+    const struct model *models[MODELS_MAX];
+    int count = 0;
+    struct run run;
+    if (args->count != 1 || (names && !models_named(models, &count, names)) || !begin(&run, args))
+        return 2;
+    struct error err = {0};
+    struct bins bins = {0};
+    struct fits fits = {0};
+    char *path = fits_path(args->positional[0], cap_option(args, "output"));
+    enum status status = path ? STATUS_OK : cap_fail(&err, STATUS_MEMORY, "no memory");
+    if (!status)
+        status = read_bins(&bins, args->positional[0], &err);
+    if (!status) {
+        cap_stage(&run, "fit", 0);
+        status = rec_fit(&fits, &bins, names ? models : NULL, count, &run, &err);
+    }
+    if (!status)
+        status = rec_fits_write(&fits, path, &err);
+    cap_run_end(&run);
+    if (!status && cap_option(args, "json"))
+        printf("{\"fits\": \"%s\", \"best_fit\": \"%s\", \"log_rms\": %.4g}\n", path,
+               fits.fit[0].model->name, fits.fit[0].log_rms);
+    for (int i = 0; !status && !cap_option(args, "json") && i < fits.count; i++)
+        print_fit(&fits.fit[i]);
+    rec_fits_free(&fits);
+    rec_bins_free(&bins);
+    free(path);
+    return cap_exit(status, &err);
+}
+
+/* ---- eval -------------------------------------------------------------------------------------
+ */
+
+// Three angles in degrees, and nothing after them.
+static bool angles_of(const char *line, double angle[3])
+{
+    for (int k = 0; k < 3; k++) {
+        char *end;
+        angle[k] = strtod(line, &end);
+        if (end == line || !isfinite(angle[k]))
+            return false;
+        line = end;
+    }
+    while (isspace((unsigned char)*line))
+        line++;
+    bool upright = angle[0] >= 0 && angle[0] <= 90 && angle[1] >= 0 && angle[1] <= 90;
+    return upright && (!*line || *line == '#');
+}
+
+static void print_eval(const struct brdf *brdf, const double angle[3])
+{
+    const double degree = CAP_PI / 180;
+    double theta_i = angle[0] * degree, theta_o = angle[1] * degree, phi = angle[2] * degree;
+    vec3 wi = {sin(theta_i), 0, angle[0] < 90 ? cos(theta_i) : 0};
+    vec3 wo = {sin(theta_o) * cos(phi), sin(theta_o) * sin(phi), angle[1] < 90 ? cos(theta_o) : 0};
+    double f[3];
+    rec_brdf_eval(brdf, wi, wo, f);
+    printf("%.9g %.9g %.9g\n", f[0], f[1], f[2]);
+}
+
+static enum status eval_lines(const struct brdf *brdf, FILE *in, struct error *err)
+{
+    char *line = NULL;
+    size_t room = 0;
+    long number = 0;
+    enum status status = STATUS_OK;
+    while (!status && getline(&line, &room, in) >= 0) {
+        double angle[3];
+        const char *text = line + strspn(line, " \t\r\n");
+        number++;
+        if (!*text || *text == '#')
+            continue;
+        if (angles_of(text, angle))
+            print_eval(brdf, angle);
+        else
+            status = cap_fail(err, STATUS_FORMAT,
+                              "line %ld: \"theta_i theta_o phi\" is wanted, in degrees, both "
+                              "thetas from 0 to 90",
+                              number);
+    }
+    if (!status && ferror(in))
+        status = cap_fail(err, STATUS_IO, "standard input: %s", strerror(errno));
+    free(line);
+    return status;
+}
+
+static int run_eval(const struct arguments *args)
+{
+    if (args->count != 1)
+        return 2;
+    struct brdf brdf = {0};
+    struct error err = {0};
+    enum status status = rec_brdf_read(&brdf, args->positional[0], &err);
+    if (!status)
+        status = eval_lines(&brdf, stdin, &err);
+    rec_brdf_free(&brdf);
+    return cap_exit(status, &err);
+}
+
+static const struct option reconstruct_options[] = {
+    {"output", "OUT", "folder for everything that is found", 'o'},
+    {"calibration", "FILE", "start from this calibration.yaml: no board is needed", 0},
+    {0},
+};
+static const struct option fit_options[] = {
+    {"model", "LIST", "models, as ggx,lambert (default: all)", 'm'},
+    {"output", "FILE", "where to (default: fits.yaml in OUT, or beside the table)", 'o'},
+    {0},
+};
 
 const struct command rec_commands[] = {
+    {"reconstruct", "CAPTURE -o OUT", "photographs to BRDF: bins, fits, complete table",
+     reconstruct_options, run_reconstruct},
+    {"fit", "OUT|TABLE", "fit models to measured bins, or to a MERL table", fit_options, run_fit},
+    {"eval", "BRDF", "\"theta_i theta_o phi\" lines (degrees) from stdin to \"r g b\" lines", NULL,
+     run_eval},
     {0},
 };

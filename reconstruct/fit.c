@@ -11,11 +11,12 @@
 #include "fit_model.h"
 
 #include "ceres_shim.h"
+#include "quantile.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { WANTED = 20000, COARSE = 700, STARTS = 6 };
+enum { WANTED = 12000, COARSE = 500, STARTS = 6 };
 
 static const double bend = 3;  // sigmas: residuals beyond it count less and less
 
@@ -26,19 +27,6 @@ struct fitting {
     double held_cost;  // per held-out bin
 };
 
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-// The q-quantile; orders value[].
-static double quantile(double *value, int count, double q)
-{
-    qsort(value, (size_t)count, sizeof *value, compare_doubles);
-    return value[(int)(q * (count - 1))];
-}
-
 // The matte part that the darkest fifth of the bins suggests: gloss only adds to it.
 static void body_albedo(double albedo[3], const struct fit_point *points, int count,
                         double *scratch)
@@ -46,7 +34,7 @@ static void body_albedo(double albedo[3], const struct fit_point *points, int co
     for (int c = 0; c < 3; c++) {
         for (int i = 0; i < count; i++)
             scratch[i] = points[i].f[c];
-        albedo[c] = fmin(0.95, fmax(1e-3, CAP_PI * quantile(scratch, count, 0.2)));
+        albedo[c] = fmin(0.95, fmax(1e-3, CAP_PI * rec_quantile(scratch, count, 0.2)));
     }
 }
 
@@ -133,7 +121,7 @@ static enum status try_starts(struct fitting *t, const struct division *d, const
     for (int s = 0; s < starts && !status; s++) {
         double cost = INFINITY;
         start_at(t, s, albedo);
-        status = descend(t, d->coarse, d->coarses, 30, &cost, err);
+        status = descend(t, d->coarse, d->coarses, 25, &cost, err);
         if (cost < least) {
             least = cost;
             best = *t;
@@ -168,8 +156,8 @@ static void judge(struct fit *fit, struct fitting *t, const struct division *d, 
     }
     t->held_cost = cost / n;
     fit->log_rms = sqrt(log2 / (3.0 * n));
-    fit->relative_median = quantile(relative, 3 * n, 0.5);
-    fit->chi = quantile(size, 3 * n, 0.5) / 0.6745;
+    fit->relative_median = rec_quantile(relative, 3 * n, 0.5);
+    fit->chi = rec_quantile(size, 3 * n, 0.5) / 0.6745;
 }
 
 static enum status fit_one(struct fit *fit, struct fitting *t, const struct model *model,
@@ -183,10 +171,10 @@ static enum status fit_one(struct fit *fit, struct fitting *t, const struct mode
     *fit = (struct fit){.model = model, .bins = d->alls};
     enum status status = try_starts(t, d, albedo, err);
     if (!status)
-        status = descend(t, d->seen, d->seens, 50, NULL, err);
+        status = descend(t, d->seen, d->seens, 25, NULL, err);
     if (!status) {
         judge(fit, t, d, scratch);
-        status = descend(t, d->all, d->alls, 50, NULL, err);
+        status = descend(t, d->all, d->alls, 10, NULL, err);
     }
     if (!status) {
         rec_fit_to_model(&t->f, t->solver, fit->value);

@@ -20,7 +20,7 @@ struct fit_model rec_fit_model(const struct model *model, const struct fit_point
 /** The model's parameters from the solver's, and back. */
 void rec_fit_to_model(const struct fit_model *f, const double *solver, double *model);
 void rec_fit_to_solver(const struct fit_model *f, const double *model, double *solver);
-/** Residuals r[3] at pick[i] and, where not NULL, slopes [3][size], by central differences. The
+/** Residuals r[3] at pick[i] and, where not NULL, slopes [3][size], by differences. The
  *  signature is struct least_squares'; context is a struct fit_model. */
 void rec_fit_residual(const void *context, int i, const double *solver, double *r, double *slope);
 /** 1 sigma of the model's parameters at a solution: noise, and the calibration's shared errors. */

@@ -145,6 +145,11 @@ struct fits {
 enum status rec_fit(struct fits *fits, const struct bins *bins, const struct model *const *models,
                     int count, struct run *run, struct error *err);
 void rec_fits_free(struct fits *fits);
+/** fits.yaml: {models: [{name, parameters: {NAME: {value, sigma}}, errors, source}]}, best first.
+ *  Written complete or not at all: STATUS_IO. Reading: STATUS_IO, or STATUS_FORMAT with file and
+ *  line: not YAML, no models, a model or parameter that is unknown, missing or out of its range. */
+enum status rec_fits_write(const struct fits *fits, const char *path, struct error *err);
+enum status rec_fits_read(struct fits *fits, const char *path, struct error *err);
 
 /** What the width of a bin does to its mean, given a model of f: the errors of theta_h times the
  *  slope of f, and the bend of f across the bin, enter bin.sigma. */
@@ -170,6 +175,34 @@ enum status rec_fill(struct merl *merl, uint8_t *status, const struct bins *bins
 /** Directional-hemispherical reflectance of a table, [3], by the midpoint rule in steps of half a
  *  degree: what part of the light from theta_i leaves the surface. */
 void rec_table_albedo(double albedo[3], const struct merl *merl, double theta_i);
+
+/* ---- any BRDF --------------------------------------------------------------------------------- */
+
+/** A BRDF from a file: a table, or a model with its parameters. {0} is empty; rec_brdf_free(). */
+struct brdf {
+    struct merl table;  // empty where model is set
+    const struct model *model;
+    double value[MODEL_PARAMETERS_MAX];
+};
+/** From a MERL table, a fits.yaml (its best fit), or a folder OUT (its brdf.binary). On success
+ *  the caller owns *brdf. STATUS_IO, STATUS_FORMAT, STATUS_MEMORY. */
+enum status rec_brdf_read(struct brdf *brdf, const char *path, struct error *err);
+void rec_brdf_free(struct brdf *brdf);
+/** f[3], 1/sr; 0 below the horizon. A table answers with the bin that the directions fall into. */
+void rec_brdf_eval(const struct brdf *brdf, vec3 wi, vec3 wo, double f[3]);
+
+/* ---- the whole job ---------------------------------------------------------------------------- */
+
+/** What reconstruct tells at its end. */
+struct summary {
+    int shots, bins;
+    double median_sigma;  // of the bins' relative sigma
+    struct fit best;
+};
+/** CAPTURE -> OUT: radiance/, calibration.yaml, bins.h5, fits.yaml, brdf.binary, preview.png,
+ *  run.json. calibration (may be NULL) names a calibration.yaml to start from instead. */
+enum status rec_reconstruct(struct summary *summary, const char *capture, const char *out,
+                            const char *calibration, struct run *run, struct error *err);
 
 extern const struct command rec_commands[];
 

@@ -1,0 +1,246 @@
+/* reconstruct.c -- the whole job: photographs to BRDF. */
+#include "bins_hdf5.h"
+#include "quantile.h"
+#include "run_json.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+// Everything that a job holds on its way. Freed at its one exit.
+struct job {
+    const char *folder, *out, *calibration_file;
+    struct run *run;
+    struct capture capture;
+    struct calibration calibration;
+    int all_views;  // of the calibration, also those left out
+    bool *usable;   // [shots]
+    char hash[33];
+    struct census census;
+    struct bins bins;
+    struct fits fits;
+    struct merl table;
+    uint8_t *status;  // [MERL_BINS]
+    double median_sigma;
+};
+
+// Views of somebody's calibration that this capture has no map for are left out.
+static enum status keep_views_with_maps(struct job *j, struct error *err)
+{
+    struct calibration *c = &j->calibration;
+    int kept = 0;
+    for (int v = 0; v < c->views; v++) {
+        bool there = false;
+        for (int s = 0; s < j->capture.shots; s++)
+            there =
+                there || (j->usable[s] && strcmp(j->capture.shot[s].name, c->view[v].name) == 0);
+        if (!there) {
+            cap_warn(j->run, "%s: shot %s is not among the photographs: left out",
+                     j->calibration_file, c->view[v].name);
+            continue;
+        }
+        struct view swap = c->view[kept];  // all stay in the list, so that all are freed
+        c->view[kept++] = c->view[v];
+        c->view[v] = swap;
+    }
+    if (kept == 0)
+        return cap_fail(err, STATUS_DATA, "%s: none of its shots is in %s", j->calibration_file,
+                        j->folder);
+    j->all_views = c->views;
+    c->views = kept;
+    return STATUS_OK;
+}
+
+static enum status calibrate(struct job *j, struct error *err)
+{
+    enum status status;
+    if (j->calibration_file) {
+        status = cal_calibration_read(&j->calibration, j->calibration_file, err);
+        if (!status)
+            status = keep_views_with_maps(j, err);
+    } else {
+        status = cal_calibrate(&j->calibration, &j->capture, j->out, j->usable, j->run, err);
+    }
+    if (status)
+        return status;
+    enum shape shape = j->calibration.sample.shape;
+    if (shape != SHAPE_SPHERE && shape != SHAPE_CYLINDER)
+        return cap_fail(err, STATUS_DATA, "the sample must be a sphere or a cylinder");
+    char *path = cap_path(j->out, "calibration.yaml");
+    status = path ? cal_calibration_write(&j->calibration, path, err)
+                  : cap_fail(err, STATUS_MEMORY, "no memory");
+    free(path);
+    return status;
+}
+
+// The rectangle that the tags span: rays do not pass through it.
+static bool board_of(struct board_extent *board, const struct capture *capture)
+{
+    *board = (struct board_extent){{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    for (int t = 0; t < capture->tags; t++)
+        for (int k = 0; k < 4; k++) {
+            vec3 p = cap_tag_corner(&capture->tag[t], k);
+            double at[2] = {p.x, p.y};
+            for (int i = 0; i < 2; i++) {
+                board->low[i] = fmin(board->low[i], at[i]);
+                board->high[i] = fmax(board->high[i], at[i]);
+            }
+        }
+    return capture->tags > 0;
+}
+
+// The median over bins and channels of sigma / mean.
+static double median_sigma(const struct bins *bins)
+{
+    double *relative = malloc((3 * (size_t)bins->count + 1) * sizeof *relative);
+    int n = 0;
+    for (int i = 0; relative && i < bins->count; i++)
+        for (int c = 0; c < 3; c++)
+            if (bins->bin[i].mean[c] > 0)
+                relative[n++] = bins->bin[i].sigma[c] / bins->bin[i].mean[c];
+    double median = rec_quantile(relative, relative ? n : 0, 0.5);
+    free(relative);
+    return median;
+}
+
+static enum status measure(struct job *j, struct error *err)
+{
+    struct board_extent board;
+    bool has_board = board_of(&board, &j->capture);
+    cap_stage(j->run, "samples", j->calibration.views);
+    enum status status = rec_gather(&j->bins, &j->census, &j->calibration,
+                                    has_board ? &board : NULL, j->out, j->run, err);
+    if (status)
+        return status;
+    cap_stage(j->run, "fit", 0);
+    status = rec_fit(&j->fits, &j->bins, NULL, 0, j->run, err);
+    if (status)
+        return status;
+    rec_bins_widen(&j->bins, &j->fits.fit[0]);
+    j->median_sigma = median_sigma(&j->bins);
+    cap_stage(j->run, "table", 0);
+    j->status = malloc(MERL_BINS);
+    if (!j->status)
+        return cap_fail(err, STATUS_MEMORY, "no memory for the table");
+    return rec_fill(&j->table, j->status, &j->bins, &j->fits.fit[0], j->run, err);
+}
+
+// The largest solid angle of the lens's aperture, seen from the sample; 0: EXIF does not tell.
+static double detector_solid_angle(const struct job *j)
+{
+    double largest = 0;
+    for (int v = 0; v < j->calibration.views; v++) {
+        vec3 eye = cal_eye(j->calibration.view[v].view_from_world);
+        double distance = vec3_length(vec3_sub(eye, j->calibration.sample.center));
+        for (int p = 0; p < j->capture.photos; p++) {
+            const struct photo *photo = &j->capture.photo[p];
+            if (photo->aperture > 0 && photo->focal_length > 0) {
+                double radius = photo->focal_length / photo->aperture / 2;
+                largest = fmax(largest, CAP_PI * radius * radius / (distance * distance));
+            }
+        }
+    }
+    return largest;
+}
+
+static enum status write_bins(const struct job *j, const char *path, struct error *err)
+{
+    struct bins_about about = {
+        .version = "goniocam " GONIOCAM_VERSION,
+        .input_hash = j->hash,
+        .reference_albedo = j->capture.patches ? j->capture.patch[0].albedo : 0,
+        .detector_solid_angle = detector_solid_angle(j),
+    };
+    return rec_bins_write(&j->bins, j->status, &about, path, err);
+}
+
+static enum status write_fits(const struct job *j, const char *path, struct error *err)
+{
+    return rec_fits_write(&j->fits, path, err);
+}
+
+static enum status write_table(const struct job *j, const char *path, struct error *err)
+{
+    return rec_merl_write(&j->table, path, err);
+}
+
+static enum status write_story(const struct job *j, const char *path, struct error *err)
+{
+    cap_stage(j->run, "", 0);  // the times of all stages are known, but for its own
+    struct run_story story = {
+        .capture = j->folder,
+        .out = j->out,
+        .calibration_file = j->calibration_file,
+        .input_hash = j->hash,
+        .run = j->run,
+        .census = &j->census,
+        .bins = &j->bins,
+        .fits = &j->fits,
+        .table = &j->table,
+        .median_sigma = j->median_sigma,
+    };
+    return rec_run_json(&story, path, err);
+}
+
+static enum status write_results(const struct job *j, struct error *err)
+{
+    static const struct {
+        const char *name;
+        enum status (*write)(const struct job *j, const char *path, struct error *err);
+    } results[] = {
+        {"bins.h5", write_bins},
+        {"fits.yaml", write_fits},
+        {"brdf.binary", write_table},
+        {"run.json", write_story},
+    };
+    enum { RESULTS = sizeof results / sizeof *results };
+    enum status status = STATUS_OK;
+    cap_stage(j->run, "write", RESULTS);
+    for (int i = 0; i < RESULTS && !status; i++) {
+        char *path = cap_path(j->out, results[i].name);
+        status = path ? results[i].write(j, path, err)
+                      : cap_fail(err, STATUS_MEMORY, "no memory for a path");
+        free(path);
+        cap_step(j->run);
+    }
+    return status;
+}
+
+static void free_job(struct job *j)
+{
+    rec_merl_free(&j->table);
+    rec_fits_free(&j->fits);
+    rec_bins_free(&j->bins);
+    j->calibration.views = j->all_views > 0 ? j->all_views : j->calibration.views;
+    cal_calibration_free(&j->calibration);
+    cap_capture_free(&j->capture);
+    free(j->usable);
+    free(j->status);
+}
+
+enum status rec_reconstruct(struct summary *summary, const char *capture, const char *out,
+                            const char *calibration, struct run *run, struct error *err)
+{
+    struct job j = {.folder = capture, .out = out, .calibration_file = calibration, .run = run};
+    enum status status = cap_capture_read(&j.capture, capture, run, err);
+    if (!status)
+        status = cap_make_folder(out, err);
+    if (!status) {
+        j.usable = calloc((size_t)j.capture.shots + 1, sizeof *j.usable);
+        if (!j.usable)
+            status = cap_fail(err, STATUS_MEMORY, "no memory for shots");
+    }
+    if (!status)
+        status = cap_merge(&j.capture, out, NULL, j.usable, run, err);
+    if (!status)
+        status = calibrate(&j, err);
+    if (!status)
+        status = measure(&j, err);
+    if (!status)
+        status = cap_capture_hash(j.hash, &j.capture, err);
+    if (!status)
+        status = write_results(&j, err);
+    if (!status)
+        *summary = (struct summary){j.census.shots, j.bins.count, j.median_sigma, j.fits.fit[0]};
+    free_job(&j);
+    return status;
+}
