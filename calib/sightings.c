@@ -4,25 +4,13 @@
 
 #include "corners.h"
 #include "detect.h"
+#include "view_map.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 // Deviation of detected corners, px (detect.h); the scale of noise is found by the bundle.
 static const double detected_sigma = 0.15;
-
-enum status sightings_read_map(struct radiance *map, const char *out, const char *shot,
-                               struct error *err)
-{
-    char name[512];
-    snprintf(name, sizeof name, "radiance/%s.exr", shot);
-    char *path = cap_path(out, name);
-    if (!path)
-        return cap_fail(err, STATUS_MEMORY, "%s", shot);
-    enum status status = cap_radiance_read(map, path, err);
-    free(path);
-    return status;
-}
 
 // ---- results of threads, joined in order
 
@@ -90,12 +78,13 @@ static void detect_shot(struct row *row, struct detector *detector, int shot,
                         const struct capture *capture, const char *out)
 {
     struct radiance map = {0};
+    const struct view view = {.name = capture->shot[shot].name};
     struct detection *found = calloc((size_t)capture->tags, sizeof *found);
     int count = 0;
     if (!found)
         row->status = cap_fail(&row->error, STATUS_MEMORY, "%d tags", capture->tags);
     if (!row->status)
-        row->status = sightings_read_map(&map, out, capture->shot[shot].name, &row->error);
+        row->status = cal_view_map(&map, out, &view, &row->error);
     if (!row->status)
         row->status = detector_find(detector, capture, &map, found, &count, &row->error);
     for (int k = 0; !row->status && k < count; k++)
@@ -189,7 +178,7 @@ static void refine_view(struct row *row, const struct refinement *r, int view)
 {
     struct radiance map = {0};
     int tags = r->capture->tags;
-    row->status = sightings_read_map(&map, r->out, r->calibration->view[view].name, &row->error);
+    row->status = cal_view_map(&map, r->out, r->calibration->view + view, &row->error);
     for (int place = 0; !row->status && place < tags; place++)
         if (refine_tag(row->sighting + row->count, r, view, place, &map))
             row->count++;

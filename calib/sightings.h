@@ -22,8 +22,4 @@ enum status sightings_detect(struct sightings *list, const struct capture *captu
 enum status sightings_refine(struct sightings *list, int enough,
                              const struct calibration *calibration, const struct capture *capture,
                              const char *out, struct run *run, struct error *err);
-
-/** OUT/radiance/SHOT.exr. */
-enum status sightings_read_map(struct radiance *map, const char *out, const char *shot,
-                               struct error *err);
 #endif

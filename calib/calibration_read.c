@@ -1,0 +1,369 @@
+/* calibration_read.c -- calibration.yaml, read: libcyaml checks it against a schema and fills plain
+ * nodes, which become a struct calibration; cameras and lights are found by name. */
+#include "calib.h"
+
+#include <cyaml/cyaml.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+void cal_calibration_free(struct calibration *c)
+{
+    for (int i = 0; i < c->cameras; i++)
+        free(c->camera[i].name);
+    for (int i = 0; i < c->views; i++) {
+        free(c->view[i].name);
+        free(c->view[i].tag);
+    }
+    for (int i = 0; i < c->lamps; i++)
+        free(c->lamp[i].name);
+    free(c->camera);
+    free(c->view);
+    free(c->lamp);
+    *c = (struct calibration){0};
+}
+
+// ---- the schema
+
+struct shot_node {
+    char *name, *camera, *light;
+    double rotation[3], translation[3], sigma_rotation[3], sigma_translation[3];
+    double power, sigma_power, rms_px;
+    struct seen_tag *tag;
+    int tags;
+};
+struct light_node {
+    char *name, *frame;
+    double *position, *direction, *intensity, *irradiance;  // [3] each, or NULL
+    double sigma_position[3], sigma_direction[3], sigma_intensity[3], sigma_irradiance[3];
+};
+struct sample_node {
+    enum shape shape;
+    double radius, height, center[3], axis[3], sigma_center[3], sigma_radius, outline_rms_px;
+    int outline_edges;
+};
+struct root_node {
+    int goniocam;
+    struct camera *camera;
+    struct shot_node *shot;
+    struct light_node *light;
+    struct sample_node *sample;
+    int cameras, shots, lights;
+};
+
+enum { NEED = CYAML_FLAG_DEFAULT, MAY = CYAML_FLAG_OPTIONAL };
+
+// clang-format off: a table of keys reads best with one key a line
+#define NUMBER(flags, type, key) CYAML_FIELD_FLOAT(#key, flags, struct type, key)
+#define NUMBERS(flags, type, key, count)                                                           \
+    CYAML_FIELD_SEQUENCE_FIXED(#key, flags, struct type, key, &number, count)
+#define VECTOR(type, key)                                                                          \
+    CYAML_FIELD_SEQUENCE_FIXED(#key, CYAML_FLAG_OPTIONAL | CYAML_FLAG_POINTER, struct type, key,   \
+                               &number, 3)
+#define TEXT(flags, type, key)                                                                     \
+    CYAML_FIELD_STRING_PTR(#key, (flags) | CYAML_FLAG_POINTER, struct type, key, 1, CYAML_UNLIMITED)
+#define LIST(key, flags, type, member, entry)                                                      \
+    CYAML_FIELD_SEQUENCE_COUNT(key, (flags) | CYAML_FLAG_POINTER, struct type, member, member##s,  \
+                               entry, 0, CYAML_UNLIMITED)
+
+static const cyaml_schema_value_t number = {CYAML_VALUE_FLOAT(CYAML_FLAG_DEFAULT, double)};
+static const cyaml_schema_value_t corner = {
+    CYAML_VALUE_SEQUENCE_FIXED(CYAML_FLAG_DEFAULT, double, &number, 2)};
+
+static const cyaml_schema_field_t camera_fields[] = {
+    TEXT(NEED, camera, name),
+    CYAML_FIELD_INT("width", NEED, struct camera, width),
+    CYAML_FIELD_INT("height", NEED, struct camera, height),
+    NUMBERS(NEED, camera, focal, 2),
+    NUMBERS(NEED, camera, center, 2),
+    NUMBERS(MAY, camera, distortion, 5),
+    NUMBERS(MAY, camera, vignetting, 2),
+    NUMBERS(MAY, camera, sigma_focal, 2),
+    NUMBERS(MAY, camera, sigma_center, 2),
+    NUMBERS(MAY, camera, sigma_distortion, 5),
+    NUMBER(MAY, camera, rms_px),
+    CYAML_FIELD_END};
+static const cyaml_schema_field_t tag_fields[] = {
+    CYAML_FIELD_INT("id", NEED, struct seen_tag, id),
+    CYAML_FIELD_SEQUENCE_FIXED("corners", NEED, struct seen_tag, corner, &corner, 4),
+    CYAML_FIELD_END};
+static const cyaml_schema_value_t tag_value = {
+    CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct seen_tag, tag_fields)};
+static const cyaml_schema_field_t shot_fields[] = {TEXT(NEED, shot_node, name),
+                                                   TEXT(NEED, shot_node, camera),
+                                                   TEXT(MAY, shot_node, light),
+                                                   NUMBERS(NEED, shot_node, rotation, 3),
+                                                   NUMBERS(NEED, shot_node, translation, 3),
+                                                   NUMBERS(MAY, shot_node, sigma_rotation, 3),
+                                                   NUMBERS(MAY, shot_node, sigma_translation, 3),
+                                                   NUMBER(MAY, shot_node, power),
+                                                   NUMBER(MAY, shot_node, sigma_power),
+                                                   NUMBER(MAY, shot_node, rms_px),
+                                                   LIST("tags", MAY, shot_node, tag, &tag_value),
+                                                   CYAML_FIELD_END};
+static const cyaml_schema_field_t light_fields[] = {TEXT(NEED, light_node, name),
+                                                    TEXT(MAY, light_node, frame),
+                                                    VECTOR(light_node, position),
+                                                    VECTOR(light_node, direction),
+                                                    VECTOR(light_node, intensity),
+                                                    VECTOR(light_node, irradiance),
+                                                    NUMBERS(MAY, light_node, sigma_position, 3),
+                                                    NUMBERS(MAY, light_node, sigma_direction, 3),
+                                                    NUMBERS(MAY, light_node, sigma_intensity, 3),
+                                                    NUMBERS(MAY, light_node, sigma_irradiance, 3),
+                                                    CYAML_FIELD_END};
+static const cyaml_strval_t shapes[] = {
+    {"sphere", SHAPE_SPHERE}, {"cylinder", SHAPE_CYLINDER}, {"mesh", SHAPE_MESH}};
+static const cyaml_schema_field_t sample_fields[] = {
+    CYAML_FIELD_ENUM("shape", CYAML_FLAG_STRICT, struct sample_node, shape, shapes,
+                     CYAML_ARRAY_LEN(shapes)),
+    NUMBERS(NEED, sample_node, center, 3),
+    NUMBER(MAY, sample_node, radius),
+    NUMBER(MAY, sample_node, height),
+    NUMBERS(MAY, sample_node, axis, 3),
+    NUMBERS(MAY, sample_node, sigma_center, 3),
+    NUMBER(MAY, sample_node, sigma_radius),
+    NUMBER(MAY, sample_node, outline_rms_px),
+    CYAML_FIELD_INT("outline_edges", MAY, struct sample_node, outline_edges),
+    CYAML_FIELD_END};
+static const cyaml_schema_value_t camera_value = {
+    CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct camera, camera_fields)};
+static const cyaml_schema_value_t shot_value = {
+    CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct shot_node, shot_fields)};
+static const cyaml_schema_value_t light_value = {
+    CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct light_node, light_fields)};
+static const cyaml_schema_field_t root_fields[] = {
+    CYAML_FIELD_INT("goniocam", MAY, struct root_node, goniocam),
+    LIST("cameras", NEED, root_node, camera, &camera_value),
+    LIST("shots", NEED, root_node, shot, &shot_value),
+    LIST("lights", NEED, root_node, light, &light_value),
+    CYAML_FIELD_MAPPING_PTR("sample", CYAML_FLAG_OPTIONAL | CYAML_FLAG_POINTER, struct root_node,
+                            sample, sample_fields),
+    CYAML_FIELD_END};
+static const cyaml_schema_value_t root_value = {
+    CYAML_VALUE_MAPPING(CYAML_FLAG_POINTER, struct root_node, root_fields)};
+// clang-format on
+
+// ---- from nodes to the calibration
+
+static vec3 vec3_of(const double v[3])
+{
+    return (vec3){v[0], v[1], v[2]};
+}
+
+// Take a string from a node, which forgets it.
+static char *take(char **text)
+{
+    char *taken = *text;
+    *text = NULL;
+    return taken;
+}
+
+static enum status take_cameras(struct calibration *c, struct root_node *root, struct error *err)
+{
+    c->camera = calloc((size_t)root->cameras + 1, sizeof *c->camera);
+    if (!c->camera)
+        return cap_fail(err, STATUS_MEMORY, "%d cameras", root->cameras);
+    for (int i = 0; i < root->cameras; i++) {
+        struct camera *camera = root->camera + i;
+        bool sound =
+            camera->width > 0 && camera->height > 0 && camera->focal[0] > 0 && camera->focal[1] > 0;
+        if (!sound)
+            return cap_fail(err, STATUS_FORMAT,
+                            "camera %s: width, height and focal must be above 0", camera->name);
+        c->camera[c->cameras] = *camera;
+        c->camera[c->cameras++].name = take(&camera->name);
+    }
+    return STATUS_OK;
+}
+
+static enum status take_light(struct lamp *lamp, struct light_node *node, struct error *err)
+{
+    bool point = node->position && node->intensity && !node->direction && !node->irradiance;
+    bool distant = node->direction && node->irradiance && !node->position && !node->intensity;
+    if (!point && !distant)
+        return cap_fail(err, STATUS_FORMAT,
+                        "light %s: wants position and intensity, or direction and irradiance",
+                        node->name);
+    if (node->frame && strcmp(node->frame, "world") != 0 && strcmp(node->frame, "camera") != 0)
+        return cap_fail(err, STATUS_FORMAT, "light %s: frame is world or camera, not '%s'",
+                        node->name, node->frame);
+    *lamp = (struct lamp){.at_infinity = distant,
+                          .on_camera = node->frame && strcmp(node->frame, "camera") == 0};
+    if (point) {
+        lamp->position = vec3_of(node->position);
+    } else {
+        vec3 direction = vec3_of(node->direction);
+        if (!(vec3_length(direction) > 0))
+            return cap_fail(err, STATUS_FORMAT, "light %s: a direction of no length", node->name);
+        // What is unit to rounding stays as it is, so that a file read is a file written.
+        lamp->direction =
+            fabs(vec3_length(direction) - 1) < 1e-12 ? direction : vec3_normalize(direction);
+    }
+    memcpy(lamp->intensity, point ? node->intensity : node->irradiance, sizeof lamp->intensity);
+    memcpy(lamp->sigma_position, node->sigma_position, sizeof lamp->sigma_position);
+    memcpy(lamp->sigma_direction, node->sigma_direction, sizeof lamp->sigma_direction);
+    memcpy(lamp->sigma_intensity, point ? node->sigma_intensity : node->sigma_irradiance,
+           sizeof lamp->sigma_intensity);
+    lamp->name = take(&node->name);
+    return STATUS_OK;
+}
+
+static enum status take_lights(struct calibration *c, struct root_node *root, struct error *err)
+{
+    c->lamp = calloc((size_t)root->lights + 1, sizeof *c->lamp);
+    if (!c->lamp)
+        return cap_fail(err, STATUS_MEMORY, "%d lights", root->lights);
+    enum status status = STATUS_OK;
+    for (int i = 0; !status && i < root->lights; i++) {
+        status = take_light(c->lamp + c->lamps, root->light + i, err);
+        c->lamps += !status;
+    }
+    return status;
+}
+
+static int find_camera(const struct calibration *c, const char *name)
+{
+    int i = 0;
+    while (i < c->cameras && strcmp(c->camera[i].name, name) != 0)
+        i++;
+    return i < c->cameras ? i : -1;
+}
+
+static int find_lamp(const struct calibration *c, const char *name)
+{
+    int i = 0;
+    while (i < c->lamps && strcmp(c->lamp[i].name, name) != 0)
+        i++;
+    return i < c->lamps ? i : -1;
+}
+
+static enum status take_shot(struct calibration *c, struct shot_node *node, struct error *err)
+{
+    struct view v = {.camera = find_camera(c, node->camera),
+                     .light = node->light ? find_lamp(c, node->light) : -1,
+                     .view_from_world = {vec3_of(node->rotation), vec3_of(node->translation)},
+                     .power = node->power > 0 ? node->power : 1,
+                     .sigma_power = node->sigma_power,
+                     .rms_px = node->rms_px};
+    if (v.camera < 0)
+        return cap_fail(err, STATUS_FORMAT, "shot %s: no camera is called '%s'", node->name,
+                        node->camera);
+    if (node->light && v.light < 0)
+        return cap_fail(err, STATUS_FORMAT, "shot %s: no light is called '%s'", node->name,
+                        node->light);
+    memcpy(v.sigma_rotation, node->sigma_rotation, sizeof v.sigma_rotation);
+    memcpy(v.sigma_translation, node->sigma_translation, sizeof v.sigma_translation);
+    if (node->tags > 0 && !(v.tag = malloc((size_t)node->tags * sizeof *v.tag)))
+        return cap_fail(err, STATUS_MEMORY, "shot %s: %d tags", node->name, node->tags);
+    if (node->tags > 0)
+        memcpy(v.tag, node->tag, (size_t)node->tags * sizeof *v.tag);
+    v.tags = node->tags;
+    v.name = take(&node->name);
+    c->view[c->views++] = v;
+    return STATUS_OK;
+}
+
+static enum status take_shots(struct calibration *c, struct root_node *root, struct error *err)
+{
+    c->view = calloc((size_t)root->shots + 1, sizeof *c->view);
+    if (!c->view)
+        return cap_fail(err, STATUS_MEMORY, "%d shots", root->shots);
+    enum status status = STATUS_OK;
+    for (int i = 0; !status && i < root->shots; i++)
+        status = take_shot(c, root->shot + i, err);
+    return status;
+}
+
+static enum status take_sample(struct calibration *c, const struct root_node *root,
+                               struct error *err)
+{
+    const struct sample_node *s = root->sample;
+    if (!s)
+        return STATUS_OK;
+    if (s->shape != SHAPE_MESH && !(s->radius > 0))
+        return cap_fail(err, STATUS_FORMAT, "sample: radius must be above 0");
+    c->sample = (struct sample){.shape = s->shape,
+                                .radius = s->radius,
+                                .height = s->height,
+                                .center = vec3_of(s->center),
+                                .axis = vec3_of(s->axis),
+                                .sigma_radius = s->sigma_radius,
+                                .outline_rms_px = s->outline_rms_px,
+                                .outline_edges = s->outline_edges};
+    memcpy(c->sample.sigma_center, s->sigma_center, sizeof s->sigma_center);
+    return STATUS_OK;
+}
+
+// ---- reading
+
+// What libcyaml complains of: its first message, and the innermost place of its backtrace.
+struct complaint {
+    char what[200], where[120];
+};
+
+static void keep_complaint(cyaml_log_t level, void *context, const char *format, va_list args)
+{
+    (void)level;
+    struct complaint *c = context;
+    char message[300];
+    vsnprintf(message, sizeof message, format, args);
+    message[strcspn(message, "\n")] = '\0';
+    char key[80] = "";
+    unsigned line = 0;
+    const char *place = strstr(message, "(line: ");
+    if (!place) {
+        if (!*c->what && strncmp(message, "Load: ", 6) == 0)
+            snprintf(c->what, sizeof c->what, "%s", message + 6);
+        return;
+    }
+    if (*c->where)
+        return;
+    sscanf(place, "(line: %u", &line);
+    if (sscanf(message, " in mapping field '%79[^']'", key) == 1)
+        snprintf(c->where, sizeof c->where, "line %u: %s: ", line, key);
+    else
+        snprintf(c->where, sizeof c->where, "line %u: ", line);
+}
+
+static enum status take_all(struct calibration *c, struct root_node *root, struct error *err)
+{
+    if (root->goniocam != 0 && root->goniocam != 1)
+        return cap_fail(err, STATUS_FORMAT, "version %d of the format; known is 1", root->goniocam);
+    enum status status = take_cameras(c, root, err);
+    if (!status)
+        status = take_lights(c, root, err);
+    if (!status)
+        status = take_shots(c, root, err);
+    if (!status)
+        status = take_sample(c, root, err);
+    return status;
+}
+
+enum status cal_calibration_read(struct calibration *calibration, const char *path,
+                                 struct error *err)
+{
+    struct complaint complaint = {0};
+    const cyaml_config_t config = {.log_level = CYAML_LOG_ERROR,
+                                   .log_fn = keep_complaint,
+                                   .log_ctx = &complaint,
+                                   .mem_fn = cyaml_mem};
+    struct root_node *root = NULL;
+    struct calibration made = {0};
+    enum status status = STATUS_OK;
+    cyaml_err_t result = cyaml_load_file(path, &config, &root_value, (cyaml_data_t **)&root, NULL);
+    if (result == CYAML_ERR_FILE_OPEN)
+        status = cap_fail(err, STATUS_IO, "%s: cannot be opened", path);
+    else if (result != CYAML_OK || !root)
+        status = cap_fail(err, STATUS_FORMAT, "%s: %s%s", path, complaint.where,
+                          *complaint.what ? complaint.what : cyaml_strerror(result));
+    else if ((status = take_all(&made, root, err)) != STATUS_OK)
+        cap_fail_within(err, "%s", path);
+    if (!status) {
+        *calibration = made;
+        made = (struct calibration){0};
+    }
+    cal_calibration_free(&made);
+    cyaml_free(&config, &root_value, root, 0);
+    return status;
+}
