@@ -79,6 +79,8 @@ enum status rec_tally_add(struct tally *tally, const reflectance_sample *s, stru
     b->w += fix(w);
     b->w_systematic += fix(w * fmin(s->systematic, 1e3));
     b->w_tilt += fix(w * fmin(s->tilt, CAP_PI));
+    for (int i = 0; i < 2; i++)
+        b->w_spread[i] += fix(w * fmin(s->spread[i], 1));
     b->w_back += back ? fix(w) : 0;
     for (int c = 0; c < 3; c++) {
         fixed128 w_f = fix(w * s->f[c]);
@@ -98,6 +100,8 @@ static void add_sums(struct bin_sums *to, const struct bin_sums *from)
     to->w_systematic += from->w_systematic;
     to->w_tilt += from->w_tilt;
     to->w_back += from->w_back;
+    for (int i = 0; i < 2; i++)
+        to->w_spread[i] += from->w_spread[i];
     for (int c = 0; c < 3; c++) {
         to->w_f[c] += from->w_f[c];
         to->w_ff[c] += from->w_ff[c];
@@ -149,6 +153,7 @@ static struct bin finish_bin(const struct bin_sums *s, int index)
         .centroid = centroid(s, index),
         .systematic = unfix(s->w_systematic) / w,
         .tilt = unfix(s->w_tilt) / w,
+        .spread = {unfix(s->w_spread[0]) / w, unfix(s->w_spread[1]) / w},
     };
     for (int c = 0; c < 3; c++) {
         b.mean[c] = unfix(s->w_f[c]) / w;

@@ -265,6 +265,44 @@ enum status rec_fit(struct fits *fits, const struct bins *bins, const struct mod
     return status;
 }
 
+static enum status fit_one_again(struct fit *fit, const struct fit_point *points,
+                                 const struct division *d, struct error *err)
+{
+    struct fitting t = {.f = rec_fit_model(fit->model, points, NULL)};
+    rec_fit_to_solver(&t.f, fit->value, t.solver);
+    enum status status = descend(&t, d->all, d->alls, 10, NULL, err);
+    if (!status) {
+        rec_fit_to_model(&t.f, t.solver, fit->value);
+        rec_fit_sigma(&t.f, d->alls, t.solver, fit->sigma);
+    }
+    return status;
+}
+
+enum status rec_fit_again(struct fits *fits, const struct bins *bins, struct run *run,
+                          struct error *err)
+{
+    struct fit_point *points = NULL;
+    struct division d = {0};
+    int n = 0;
+    enum status status = rec_fit_points(&points, &n, bins, WANTED, err);
+    if (!status)
+        status = divide(&d, points, n, err);
+    if (!status) {
+#pragma omp parallel for schedule(dynamic) num_threads(run->threads)
+        for (int i = 0; i < fits->count; i++) {
+            struct error why = {0};
+            enum status s = fit_one_again(&fits->fit[i], points, &d, &why);
+            if (s) {
+#pragma omp critical(fit)
+                status = cap_fail(err, s, "%s: %s", fits->fit[i].model->name, why.text);
+            }
+        }
+    }
+    free(points);
+    free(d.all);
+    return status;
+}
+
 void rec_fits_free(struct fits *fits)
 {
     free(fits->fit);

@@ -3,10 +3,11 @@
  * Method.   A pixel is the mean of f cos(theta_i)/r^2 over its square. Its directions are means of
  *           n, wi and wo over the square, weighted by cos(theta_i)/r^2, and f is the pixel over the
  *           mean of cos(theta_i)/r^2: exact where f is linear in the directions over the square.
- *           Gauss-Legendre points, 3 x 3, exact for polynomials to the fifth degree; where the
- *           normal hardly turns within the square its centre alone does.
- * Limits.   A photosite is left out within one photosite of the outline and of the terminator: the
- *           lens spreads light over about that much, and beyond the edge lies something else.
+ * How far the normals spread is kept, for the bend of f (resolution.c). Gauss-Legendre points, 3 x
+ * 3, exact for polynomials to the fifth degree; where the normal hardly turns within the square its
+ * centre alone does. Limits.   A photosite is left out within one photosite of the outline and of
+ * the terminator: the lens spreads light over about that much, and beyond the edge lies something
+ * else.
  */
 #include "footprint.h"
 
@@ -72,13 +73,23 @@ static double normal_step(const struct viewing *v, const struct pencil *p, vec3 
     return distance * hypot(p->by_u[0], p->by_u[1]) / v->sample->radius;
 }
 
-static void add(footprint *sum, const ray_end *end, double weight)
+static void add(footprint *sum, const ray_end *end, double w)
 {
-    double w = weight * end->irradiance;
     sum->irradiance += w;
     sum->normal = vec3_add(sum->normal, vec3_scale(end->m.normal, w));
     sum->wi = vec3_add(sum->wi, vec3_scale(end->wi, w));
     sum->wo = vec3_add(sum->wo, vec3_scale(end->wo, w));
+}
+
+// The plane in which n tilts towards h, and the one across it; any two where n is h.
+static void tilt_axes(const footprint *a, vec3 axis[2])
+{
+    vec3 h = vec3_normalize(vec3_add(a->wi, a->wo));
+    vec3 out = vec3_sub(h, vec3_scale(a->normal, vec3_dot(h, a->normal)));
+    if (vec3_length(out) < 1e-9)
+        out = vec3_cross(a->normal, fabs(a->normal.x) < 0.7 ? (vec3){1, 0, 0} : (vec3){0, 1, 0});
+    axis[0] = vec3_normalize(out);
+    axis[1] = vec3_cross(a->normal, axis[0]);
 }
 
 static footprint average(const struct viewing *v, const struct pencil *p, const ray_end *center)
@@ -86,15 +97,25 @@ static footprint average(const struct viewing *v, const struct pencil *p, const 
     static const double place[3] = {-0.38729833462074169, 0, 0.38729833462074169};  // sqrt(0.15)
     static const double weight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
     footprint sum = {.point = center->m.point, .distance = center->distance};
+    vec3 normal[9], axis[2];
+    double w[9];
     for (int b = 0; b < 3; b++)
         for (int a = 0; a < 3; a++) {
             ray_end end = trace(v, p, place[a], place[b]);
             assert(end.m.hit && end.cos_i > 0);
-            add(&sum, &end, weight[a] * weight[b]);
+            normal[3 * b + a] = end.m.normal;
+            w[3 * b + a] = weight[a] * weight[b] * end.irradiance;
+            add(&sum, &end, w[3 * b + a]);
         }
     sum.normal = vec3_normalize(sum.normal);
     sum.wi = vec3_normalize(sum.wi);
     sum.wo = vec3_normalize(sum.wo);
+    tilt_axes(&sum, axis);
+    for (int k = 0; k < 9; k++)
+        for (int i = 0; i < 2; i++) {
+            double tilt = vec3_dot(normal[k], axis[i]);
+            sum.spread[i] += w[k] / sum.irradiance * tilt * tilt;
+        }
     return sum;
 }
 
@@ -121,9 +142,16 @@ enum fate rec_footprint(footprint *spot, const struct viewing *viewing, double u
             return fate;
     }
     // The square's second moment is 1/12: the centre alone errs by (step / cosines)^2 / 24.
-    if (step < 0.01 * cos_o * center.cos_i) {
-        *spot = (footprint){center.m.point, center.m.normal, center.wi,
-                            center.wo,      center.distance, center.irradiance};
+    if (step < 0.005 * cos_o * center.cos_i) {
+        *spot = (footprint){
+            .point = center.m.point,
+            .normal = center.m.normal,
+            .wi = center.wi,
+            .wo = center.wo,
+            .distance = center.distance,
+            .spread = {step * step / 12, step * step / 12},
+            .irradiance = center.irradiance,
+        };
         return FATE_USED;
     }
     *spot = average(viewing, &p, &center);

@@ -10,6 +10,7 @@ typedef struct {
     vec3 point;           // at the photosite's centre
     vec3 normal, wi, wo;  // unit; means weighted by irradiance
     double distance;      // from the lamp, mm
+    double spread[2];     // variance of n over the photosite, rad^2: towards h, and across
     double irradiance;    // mean of cos(theta_i) / r^2, or of cos(theta_i) for a lamp at infinity
 } footprint;
 

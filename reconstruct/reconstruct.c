@@ -115,6 +115,10 @@ static enum status measure(struct job *j, struct error *err)
     status = rec_fit(&j->fits, &j->bins, NULL, 0, j->run, err);
     if (status)
         return status;
+    rec_bins_sharpen(&j->bins, &j->fits.fit[0]);
+    status = rec_fit_again(&j->fits, &j->bins, j->run, err);
+    if (status)
+        return status;
     rec_bins_widen(&j->bins, &j->fits.fit[0]);
     j->median_sigma = median_sigma(&j->bins);
     cap_stage(j->run, "table", 0);

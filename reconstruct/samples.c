@@ -235,6 +235,8 @@ enum fate rec_sample_at(reflectance_sample *out, const struct viewing *viewing,
     if (fate)
         return fate;
     out->angles = local_angles(&a);
+    out->spread[0] = a.spread[0];
+    out->spread[1] = a.spread[1];
     geometry_errors(out, viewing, &a);
     out->weight = weight_of(expected_noise2(map, x, y) + square(out->systematic));
     return FATE_USED;

@@ -28,6 +28,7 @@ typedef struct {
     double noise[3];    // variance of f
     double systematic;  // 1 sigma of ln f at fixed angles
     double tilt;        // 1 sigma of theta_h
+    double spread[2];   // variance of the normal over the photosite: towards h, across; rad^2
     double weight;      // (0, 1]; no function of this photosite's own noise
 } reflectance_sample;
 

@@ -83,8 +83,10 @@ struct bin {
     double scatter[3];   // standard deviation of the samples
     double swapped[3];   // mean of the samples with phi_d >= 0 less that of the others; NAN: one
                          // kind only. Reciprocity says 0.
+    double sharpened[3]; // what the mean was multiplied by, less 1
     double systematic;   // relative: the part of sigma that is shared, at fixed angles
     double tilt;         // 1 sigma of theta_h
+    double spread[2];    // variance of the normal over a photosite, towards h and across it, rad^2
 };
 
 /** The measured bins, by index. Owns bin; {0} is empty; release with rec_bins_free(). */
@@ -151,8 +153,16 @@ void rec_fits_free(struct fits *fits);
 enum status rec_fits_write(const struct fits *fits, const char *path, struct error *err);
 enum status rec_fits_read(struct fits *fits, const char *path, struct error *err);
 
-/** What the width of a bin does to its mean, given a model of f: the errors of theta_h times the
- *  slope of f, and the bend of f across the bin, enter bin.sigma. */
+/** Fit the same models again, from where they are, to bins that changed a little. Their errors on
+ *  held-out bins stay. */
+enum status rec_fit_again(struct fits *fits, const struct bins *bins, struct run *run,
+                          struct error *err);
+
+/** A photosite averages f over the normals it spans, which blunts a highlight: multiply the means
+ *  by f / (f so averaged) of a fit (method: resolution.c). Once for any bins. */
+void rec_bins_sharpen(struct bins *bins, const struct fit *fit);
+/** Complete bin.sigma with what a fit tells: errors of theta_h times the slope of f, the bend of f
+ *  across the bin, and a fifth of what rec_bins_sharpen changes. */
 void rec_bins_widen(struct bins *bins, const struct fit *fit);
 
 /** A measured table of bins, e.g. of another program, as bins to fit: those above the horizon and

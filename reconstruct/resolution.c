@@ -1,6 +1,11 @@
-/* widen.c -- what turns and spreads of direction do to a bin's mean, given a model of f.
+/* resolution.c -- what turns and spreads of direction do to a bin's mean, given a model of f.
  *
- * Method.   A tilt of the normal by t moves f by t df/dtheta_h. Spread over the bin, f's mean is
+ * Sharpen.  A photosite's normals spread evenly about their mean with variances v (towards h, and
+ *           across). Averaged so, f is sum of weights times f at n, and n tilted by +-sqrt(1.8 v)
+ *           both ways: 1.8 is the kurtosis of an even spread, so the rule is right to the fourth
+ *           order. The model's f over its average so corrects the mean. It knows the lobe's width
+ *           only as well as the fit does: a fifth of the correction is taken for its sigma.
+ * Widen.    A tilt of the normal by t moves f by t df/dtheta_h. Spread over the bin, f's mean is
  *           not f at the centroid: the difference is half the second derivative times the spread
  *           squared, in each of the angles. A bin's samples lie evenly over its widths at most:
  *           (width)^2 / 12; a single sample spreads by nothing, two by half of that.
@@ -35,6 +40,56 @@ static void eval_moved(double f[3], const struct fit *fit, half_diff at, int k, 
         fit->model->eval(fit->value, wi, wo, f);
 }
 
+// The model where the normal is tilted by `tilt` towards h (axis 0) or across (axis 1); the level
+// one where that takes a direction below the horizon.
+static void eval_tilted(double f[3], const struct fit *fit, half_diff at, int axis, double tilt)
+{
+    vec3 w[2];
+    half_diff turned = at;
+    if (axis == 0)
+        turned.theta_h -= tilt;
+    rec_directions(turned, &w[0], &w[1]);
+    for (int k = 0; axis == 1 && k < 2; k++)
+        w[k] = (vec3){w[k].x, w[k].y * cos(tilt) - w[k].z * sin(tilt),
+                      w[k].y * sin(tilt) + w[k].z * cos(tilt)};
+    if (w[0].z <= 0 || w[1].z <= 0)
+        rec_directions(at, &w[0], &w[1]);
+    if (w[0].z > 0 && w[1].z > 0)
+        fit->model->eval(fit->value, w[0], w[1], f);
+}
+
+static void sharpen(struct bin *b, const struct fit *fit)
+{
+    const double kurtosis = 1.8, most = 0.5;  // beyond, the lobe is not resolved
+    double level[3] = {0}, blunt[3] = {0};
+    eval_tilted(level, fit, b->centroid, 0, 0);
+    for (int c = 0; c < 3; c++)
+        blunt[c] = (1 - 2 / kurtosis) * level[c];
+    for (int axis = 0; axis < 2; axis++)
+        for (int sign = -1; sign <= 1; sign += 2) {
+            double f[3] = {0};
+            eval_tilted(f, fit, b->centroid, axis, sign * sqrt(kurtosis * b->spread[axis]));
+            for (int c = 0; c < 3; c++)
+                blunt[c] += f[c] / (2 * kurtosis);
+        }
+    for (int c = 0; c < 3; c++) {
+        double ratio = blunt[c] > 0 ? level[c] / blunt[c] : 1;
+        b->sharpened[c] = fmin(1 + most, fmax(1 - most, ratio)) - 1;
+        b->mean[c] *= 1 + b->sharpened[c];
+    }
+}
+
+void rec_bins_sharpen(struct bins *bins, const struct fit *fit)
+{
+    for (int i = 0; i < bins->count; i++)
+        sharpen(&bins->bin[i], fit);
+}
+
+static double square(double x)
+{
+    return x * x;
+}
+
 static void widen(struct bin *b, const struct fit *fit)
 {
     double width[3], center[3] = {0};
@@ -42,8 +97,8 @@ static void widen(struct bin *b, const struct fit *fit)
     widths(width, b->index);
     eval_moved(center, fit, b->centroid, 0, 0);
     for (int c = 0; c < 3; c++)
-        variance[c] =
-            b->noise[c] * b->noise[c] + b->mean[c] * b->systematic * b->mean[c] * b->systematic;
+        variance[c] = square(b->noise[c]) + square(b->mean[c] * b->systematic)
+                      + square(0.2 * b->sharpened[c] * b->mean[c]);
     for (int k = 0; k < 3; k++) {
         double step = width[k] / 2, up[3] = {0}, down[3] = {0};
         double spread2 = width[k] * width[k] / 12 * (1 - 1.0 / b->count);
@@ -53,7 +108,7 @@ static void widen(struct bin *b, const struct fit *fit)
             double slope = (up[c] - down[c]) / (2 * step);
             bend[c] += 0.5 * (up[c] + down[c] - 2 * center[c]) / (step * step) * spread2;
             if (k == 0)
-                variance[c] += slope * b->tilt * slope * b->tilt;
+                variance[c] += square(slope * b->tilt);
         }
     }
     for (int c = 0; c < 3; c++)
