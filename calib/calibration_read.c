@@ -299,7 +299,7 @@ static enum status take_sample(struct calibration *c, const struct root_node *ro
 
 // What libcyaml complains of: its first message, and the innermost place of its backtrace.
 struct complaint {
-    char what[200], where[120];
+    char what[320], where[120];
 };
 
 static void keep_complaint(cyaml_log_t level, void *context, const char *format, va_list args)

@@ -298,7 +298,7 @@ enum status cal_outline_edges(struct edge **edges, int *count, const struct radi
     gather(sector, sectors, map, camera, &rotation, &cone, b, inside, outside);
     double width = fine ? best_width(sector, sectors) : 1;
     for (int k = 0; k < sectors; k++) {
-        double e, sigma, phi = (k + 0.5) * 2 * CAP_PI / sectors;
+        double e = 0, sigma = 0, phi = (k + 0.5) * 2 * CAP_PI / sectors;
         if (sector[k].count < 4 * TERMS
             || !(fine ? fine_edge(&sector[k], width, &e, &sigma)
                       : coarse_edge(&sector[k], search, &e, &sigma)))

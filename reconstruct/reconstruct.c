@@ -1,5 +1,6 @@
 /* reconstruct.c -- the whole job: photographs to BRDF. */
 #include "bins_hdf5.h"
+#include "preview.h"
 #include "quantile.h"
 #include "run_json.h"
 
@@ -167,6 +168,11 @@ static enum status write_table(const struct job *j, const char *path, struct err
     return rec_merl_write(&j->table, path, err);
 }
 
+static enum status write_preview(const struct job *j, const char *path, struct error *err)
+{
+    return rec_preview(&j->table, &j->fits.fit[0], path, j->run, err);
+}
+
 static enum status write_story(const struct job *j, const char *path, struct error *err)
 {
     cap_stage(j->run, "", 0);  // the times of all stages are known, but for its own
@@ -191,10 +197,8 @@ static enum status write_results(const struct job *j, struct error *err)
         const char *name;
         enum status (*write)(const struct job *j, const char *path, struct error *err);
     } results[] = {
-        {"bins.h5", write_bins},
-        {"fits.yaml", write_fits},
-        {"brdf.binary", write_table},
-        {"run.json", write_story},
+        {"bins.h5", write_bins},        {"fits.yaml", write_fits}, {"brdf.binary", write_table},
+        {"preview.png", write_preview}, {"run.json", write_story},
     };
     enum { RESULTS = sizeof results / sizeof *results };
     enum status status = STATUS_OK;

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TILE = 32, CORNER_DEPTH = 3 };
+enum { TILE = 32, CORNER_DEPTH = 2 };
 
 // Relative disagreement of a pixel's middle with its corners that calls for more rays. The rule's
 // own error is about its square, 1e-6: the closed form is met well within 1e-4.
@@ -33,7 +33,7 @@ static struct sight look(const void *scene, double x, double y, int shade)
     const double pixel[2] = {x, y};
     vec3 direction = mat3_mul_t(&view->rotation, cal_ray(&view->world->scene->camera, pixel));
     struct spot spot = sam_spot(view->world, (struct ray){view->eye, direction}, &view->light);
-    struct sight sight = {.id = spot.id};
+    struct sight sight = {.id = spot.id, .curved = spot.matter == MATTER_SAMPLE};
     if (shade)
         sam_shade(view->world, &spot, &view->light, direction, sight.rgb);
     return sight;

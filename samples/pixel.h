@@ -6,6 +6,7 @@
  *  light: the radiance is continuous among them. */
 struct sight {
     int id;
+    int curved;  // the surface bends away at its edge: radiance is steep there
     double rgb[3];
 };
 

@@ -43,6 +43,16 @@ static bool same_plane(const struct paper_plane *plane, const struct tag_place *
     return vec3_dot(normal, plane->normal) > 1 - 1e-12 && fabs(off) < 1e-9;
 }
 
+/** A square that is turned in its plane reaches further along the axes than its half side. */
+static struct paper paper_of(const struct paper_plane *plane, const struct tag_place *tag,
+                             double margin)
+{
+    vec3 d = vec3_sub(tag->center, plane->origin);
+    double turn = fabs(vec3_dot(tag->x_axis, plane->x)) + fabs(vec3_dot(tag->x_axis, plane->y));
+    return (struct paper){vec3_dot(d, plane->x), vec3_dot(d, plane->y),
+                          (tag->size / 2 + margin) * turn * (1 + 1e-12)};
+}
+
 /** Neighbours in the list that share a plane are met by one crossing. */
 static void find_planes(struct world *world)
 {
@@ -51,10 +61,13 @@ static void find_planes(struct world *world)
         const struct tag_place *tag = &board->tag[i];
         vec3 normal = vec3_cross(tag->x_axis, tag->y_axis);
         struct paper_plane *last = world->planes ? &world->plane[world->planes - 1] : NULL;
-        if (last && same_plane(last, tag, normal))
+        if (last && same_plane(last, tag, normal)) {
             last->count++;
-        else
-            world->plane[world->planes++] = (struct paper_plane){tag->center, normal, i, 1};
+        } else {
+            last = &world->plane[world->planes++];
+            *last = (struct paper_plane){tag->center, tag->x_axis, tag->y_axis, normal, i, 1};
+        }
+        world->paper[i] = paper_of(last, tag, board->margin);
     }
 }
 
@@ -64,7 +77,9 @@ enum status sam_world_build(struct world *world, const struct scene *scene, stru
     struct world built = {.scene = scene};
     built.plane = calloc((size_t)scene->board.tags + 1, sizeof *built.plane);
     built.slab = calloc((size_t)scene->patches + 1, sizeof *built.slab);
-    if (!built.plane || !built.slab || !sam_tag_family(&built.family, scene->board.family)) {
+    built.paper = calloc((size_t)scene->board.tags + 1, sizeof *built.paper);
+    if (!built.plane || !built.paper || !built.slab
+        || !sam_tag_family(&built.family, scene->board.family)) {
         sam_world_free(&built);
         return cap_fail(err, STATUS_MEMORY, "%s: out of memory", scene->name);
     }
@@ -83,6 +98,7 @@ enum status sam_world_build(struct world *world, const struct scene *scene, stru
 void sam_world_free(struct world *world)
 {
     free(world->plane);
+    free(world->paper);
     free(world->slab);
     sam_tag_family_free(&world->family);
     *world = (struct world){0};
@@ -120,7 +136,12 @@ static int find_paper(const struct world *world, const struct paper_plane *plane
                       bool *white)
 {
     const struct scene_board *board = &world->scene->board;
+    vec3 in_plane = vec3_sub(point, plane->origin);
+    double plane_x = vec3_dot(in_plane, plane->x), plane_y = vec3_dot(in_plane, plane->y);
     for (int i = plane->first; i < plane->first + plane->count; i++) {
+        const struct paper *paper = &world->paper[i];
+        if (fabs(plane_x - paper->x) > paper->reach || fabs(plane_y - paper->y) > paper->reach)
+            continue;
         const struct tag_place *tag = &board->tag[i];
         vec3 d = vec3_sub(point, tag->center);
         double x = vec3_dot(d, tag->x_axis), y = vec3_dot(d, tag->y_axis);

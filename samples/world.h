@@ -12,10 +12,15 @@
 
 enum matter { MATTER_NONE, MATTER_SAMPLE, MATTER_POST, MATTER_PATCH, MATTER_SHEET, MATTER_PAPER };
 
-/** Tags that lie in one plane. */
+/** Tags that lie in one plane, with its own axes x and y. */
 struct paper_plane {
-    vec3 origin, normal;
+    vec3 origin, x, y, normal;
     int first, count;  // into the scene's tags
+};
+
+/** Where a tag's paper is in its plane: within `reach` of (x, y) along both axes. */
+struct paper {
+    double x, y, reach;
 };
 
 /** A scene made ready for rays. Borrows the scene; owns the rest; release with sam_world_free(). */
@@ -24,9 +29,10 @@ struct world {
     struct tag_family family;
     struct paper_plane *plane;  // [planes]
     int planes;
-    struct box *slab;  // [scene->patches]
-    struct rod post;   // radius 0: none
-    struct rod rod;    // the sample, when it is a cylinder
+    struct paper *paper;  // [scene->board.tags]
+    struct box *slab;     // [scene->patches]
+    struct rod post;      // radius 0: none
+    struct rod rod;       // the sample, when it is a cylinder
 };
 
 /** The lamp as one shot has it. */
