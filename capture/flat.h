@@ -1,0 +1,23 @@
+/* flat.h -- vignetting, from a photograph of something uniform. */
+#ifndef GONIOCAM_FLAT_H
+#define GONIOCAM_FLAT_H
+
+#include "capture.h"
+
+enum { FLAT_DEGREE = 6, FLAT_TERMS = (FLAT_DEGREE + 1) * (FLAT_DEGREE + 2) / 2 };
+
+/** A smooth model of what a lens leaves of the light, at most 1, per channel; see flat.c. */
+struct flat {
+    int width, height;
+    double coefficient[3][FLAT_TERMS];
+};
+
+/** Fit capture->flat, photographed with a sensor of known levels.
+ *  STATUS_IO, STATUS_FORMAT; STATUS_DATA: another size, saturated, dark. */
+enum status flat_fit(struct flat *flat, const struct capture *capture, const struct sensor *sensor,
+                     int camera, struct error *err);
+/** row[width][3] of the model at row y. */
+void flat_row(const struct flat *flat, int y, float *row);
+/** The model of an image [height][width][3] itself, of any scale; false: not positive. */
+bool flat_fit_image(struct flat *flat, const float *image, int width, int height);
+#endif

@@ -1,0 +1,27 @@
+/* merge.h -- the frames of a bracket become one linear value with its variance. */
+#ifndef GONIOCAM_MERGE_H
+#define GONIOCAM_MERGE_H
+
+#include "capture.h"
+
+/** What merging a row needs to know of each of its values (channels interleaved), in DN. Owns
+ *  its memory; {0} is empty; release with merge_row_free(). */
+struct merge_row {
+    int count;
+    float *black;
+    float *usable;  // of DN
+    float *safe;    // of DN less black: a frame predicted to lie higher is not used
+    float *read2;   // variance of read noise, DN^2
+    float *slope;   // variance per signal, DN
+    float *scale;   // DN per second to radiance; set by merge_row_scale
+};
+enum status merge_row_make(struct merge_row *row, const struct sensor *sensor, int width,
+                           struct error *err);
+void merge_row_free(struct merge_row *row);
+/** Set scale: 1 / (white - black), divided by flat ([count], may be NULL). */
+void merge_row_scale(struct merge_row *row, const struct sensor *sensor, const float *flat);
+
+/** Merge dn[frames][count], times in seconds, ascending; see merge.c. */
+void merge_row(float *value, float *variance, const struct merge_row *row,
+               const uint16_t *const *dn, const double *time, int frames);
+#endif
