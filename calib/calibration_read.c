@@ -297,33 +297,37 @@ static enum status take_sample(struct calibration *c, const struct root_node *ro
 
 // ---- reading
 
-// What libcyaml complains of: its first message, and the innermost place of its backtrace.
+// What libcyaml complains of: its first message, and of the backtrace that follows, innermost place
+// first, the first line and the first key.
 struct complaint {
-    char what[320], where[120];
+    char what[320], key[80];
+    unsigned line;
 };
 
 static void keep_complaint(cyaml_log_t level, void *context, const char *format, va_list args)
 {
     (void)level;
     struct complaint *c = context;
-    char message[300];
+    char message[300], key[sizeof c->key];
     vsnprintf(message, sizeof message, format, args);
     message[strcspn(message, "\n")] = '\0';
-    char key[80] = "";
-    unsigned line = 0;
     const char *place = strstr(message, "(line: ");
-    if (!place) {
-        if (!*c->what && strncmp(message, "Load: ", 6) == 0)
-            snprintf(c->what, sizeof c->what, "%s", message + 6);
-        return;
-    }
-    if (*c->where)
-        return;
-    sscanf(place, "(line: %u", &line);
-    if (sscanf(message, " in mapping field '%79[^']'", key) == 1)
-        snprintf(c->where, sizeof c->where, "line %u: %s: ", line, key);
-    else
-        snprintf(c->where, sizeof c->where, "line %u: ", line);
+    if (!place && !*c->what && strncmp(message, "Load: ", 6) == 0)
+        snprintf(c->what, sizeof c->what, "%s", message + 6);
+    if (place && c->line == 0)
+        c->line = (unsigned)strtoul(place + 7, NULL, 10);
+    if (place && !*c->key && sscanf(message, " in mapping field '%79[^']'", key) == 1)
+        snprintf(c->key, sizeof c->key, "%s", key);
+}
+
+static enum status tell(struct error *err, const char *path, const struct complaint *c,
+                        cyaml_err_t result)
+{
+    char line[40] = "";
+    if (c->line > 0)
+        snprintf(line, sizeof line, "line %u: ", c->line);
+    return cap_fail(err, STATUS_FORMAT, "%s: %s%s%s%s", path, line, c->key, *c->key ? ": " : "",
+                    *c->what ? c->what : cyaml_strerror(result));
 }
 
 static enum status take_all(struct calibration *c, struct root_node *root, struct error *err)
@@ -355,8 +359,7 @@ enum status cal_calibration_read(struct calibration *calibration, const char *pa
     if (result == CYAML_ERR_FILE_OPEN)
         status = cap_fail(err, STATUS_IO, "%s: cannot be opened", path);
     else if (result != CYAML_OK || !root)
-        status = cap_fail(err, STATUS_FORMAT, "%s: %s%s", path, complaint.where,
-                          *complaint.what ? complaint.what : cyaml_strerror(result));
+        status = tell(err, path, &complaint, result);
     else if ((status = take_all(&made, root, err)) != STATUS_OK)
         cap_fail_within(err, "%s", path);
     if (!status) {

@@ -538,7 +538,7 @@ static bool trustworthy(const struct tag_fit *fit, const struct fit *f, double s
     double cell = 2 * f->half / f->pattern->side, far = 0;
     for (int k = 0; k < 4; k++)
         far = fmax(far, hypot(fit->corner[k][0] - start[k][0], fit->corner[k][1] - start[k][1]));
-    return fit->contrast > 0 && fit->contrast > 0.3 * f->level[3] && fit->inliers > 0.85
+    return fit->contrast > 0 && fit->contrast > 0.3 * f->level[3] && fit->inliers > 0.9
            && fit->scatter < 0.1 && far < fmin(3, fmax(cell, 0.5)) && fit->blur < cell * cell;
 }
 
