@@ -245,8 +245,10 @@ static bool read_board(struct scene_board *board, struct doc *doc, doc_node node
         if (board->tag[i].id >= family.tags)
             sam_doc_wrong(doc, node, "tags: %s has no id %d, its last is %d", board->family,
                           board->tag[i].id, family.tags - 1);
+    // As the library prints them: families with bits beyond the border need room for these.
+    double bits = family.total > family.border ? 0.5 * (family.total - family.border) : 1;
     double bit = board->tags ? board->tag[0].size / family.border : 1;
-    board->margin = sam_doc_number(doc, node, "margin", bit, 0, 1e6);
+    board->margin = sam_doc_number(doc, node, "margin", bits * bit, 0, 1e6);
     sam_tag_family_free(&family);
     return true;
 }

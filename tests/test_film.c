@@ -1,0 +1,199 @@
+/* Radiance images: the closed form, shadows, and the same bits from any number of threads. */
+#include "film.h"
+#include "near.h"
+#include "place.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/** The scene of samples/tiny.yaml with one shot and its radiance image. */
+struct fixture {
+    struct scene scene;
+    struct world world;
+    float *value;
+};
+
+static int load(void **state)
+{
+    struct fixture *f = calloc(1, sizeof *f);
+    struct error err = {0};
+    if (!f || sam_scene_read(&f->scene, SCENES "/tiny.yaml", &err)
+        || sam_world_build(&f->world, &f->scene, &err)) {
+        print_error("%s\n", err.text);
+        return -1;
+    }
+    f->value = malloc(sizeof *f->value * 3 * (size_t)f->scene.camera.width
+                      * (size_t)f->scene.camera.height);
+    *state = f;
+    return f->value ? 0 : -1;
+}
+
+static int unload(void **state)
+{
+    struct fixture *f = *state;
+    sam_world_free(&f->world);
+    sam_scene_free(&f->scene);
+    free(f->value);
+    free(f);
+    return 0;
+}
+
+static struct ray ray_of(const struct scene *scene, const struct scene_shot *shot, double x,
+                         double y)
+{
+    const double pixel[2] = {x, y};
+    mat3 r = cal_rotation(shot->view_from_world.rotation);
+    return (struct ray){cal_eye(shot->view_from_world),
+                        mat3_mul_t(&r, cal_ray(&scene->camera, pixel))};
+}
+
+/** L = f I cos / r^2 at one place of the image, written down without world.c's help. false: it is
+ *  not on the lit sample. */
+static bool closed_form(const struct scene *scene, const struct scene_shot *shot, double x,
+                        double y, double rgb[3])
+{
+    const struct scene_sample *sample = &scene->sample;
+    struct ray ray = ray_of(scene, shot, x, y);
+    vec3 m = vec3_sub(ray.origin, sample->place.center);
+    double b = vec3_dot(m, ray.direction), radius = sample->place.radius;
+    double q = b * b - vec3_dot(m, m) + radius * radius;
+    if (q < 0)
+        return false;
+    vec3 p = sam_at(ray, -b - sqrt(q));
+    vec3 n = vec3_scale(vec3_sub(p, sample->place.center), 1 / radius), tx, ty;
+    vec3 to = vec3_sub(scene->lamp[shot->lamp].position, p);
+    double r = vec3_length(to);
+    vec3 wi = vec3_scale(to, 1 / r), wo = vec3_scale(ray.direction, -1);
+    if (vec3_dot(wi, n) <= 0 || vec3_dot(wo, n) <= 0)
+        return false;
+    sam_frame(n, &tx, &ty);
+    sample->model->eval(sample->parameter,
+                        (vec3){vec3_dot(wi, tx), vec3_dot(wi, ty), vec3_dot(wi, n)},
+                        (vec3){vec3_dot(wo, tx), vec3_dot(wo, ty), vec3_dot(wo, n)}, rgb);
+    for (int c = 0; c < 3; c++)
+        rgb[c] *= scene->lamp[shot->lamp].intensity[c] * shot->power * vec3_dot(wi, n) / (r * r);
+    return true;
+}
+
+/** Is the pixel inside: does all that is within a pixel of its middle lie on the lit sample? */
+static bool is_interior(const struct scene *scene, const struct scene_shot *shot, int x, int y)
+{
+    double rgb[3];
+    for (int j = -1; j <= 1; j++)
+        for (int i = -1; i <= 1; i++)
+            if (!closed_form(scene, shot, x + i, y + j, rgb))
+                return false;
+    return true;
+}
+
+/** The mean of the closed form over a pixel, by 12 x 12 points: good to 1e-5 where radiance bends
+ *  like the root of the distance from the outline, a pixel away. */
+static void closed_form_mean(const struct scene *scene, const struct scene_shot *shot, int x, int y,
+                             double mean[3])
+{
+    enum { N = 12 };
+    mean[0] = mean[1] = mean[2] = 0;
+    for (int j = 0; j < N; j++)
+        for (int i = 0; i < N; i++) {
+            double rgb[3];
+            assert_true(
+                closed_form(scene, shot, x + (i + 0.5) / N - 0.5, y + (j + 0.5) / N - 0.5, rgb));
+            for (int c = 0; c < 3; c++)
+                mean[c] += rgb[c] / (N * N);
+        }
+}
+
+/** Relative rms of the rendered sample's interior against the closed form's pixel means. */
+static double rms_error(struct fixture *f, const struct scene_shot *shot)
+{
+    assert_int_equal(sam_film_expose(&f->world, shot, 2, f->value, NULL), STATUS_OK);
+    double square = 0;
+    int count = 0;
+    for (int y = 0; y < f->scene.camera.height; y++)
+        for (int x = 0; x < f->scene.camera.width; x++) {
+            if (!is_interior(&f->scene, shot, x, y))
+                continue;
+            double mean[3];
+            closed_form_mean(&f->scene, shot, x, y, mean);
+            const float *value = &f->value[3 * (y * f->scene.camera.width + x)];
+            for (int c = 0; c < 3; c++)
+                square += pow(value[c] / mean[c] - 1, 2);
+            count += 3;
+        }
+    assert_true(count > 3000);
+    print_message("relative rms %.1e over %d pixels\n", sqrt(square / count), count / 3);
+    return sqrt(square / count);
+}
+
+static void test_sample_shows_the_closed_form(void **state)
+{
+    struct fixture *f = *state;
+    for (int i = 0; i < f->scene.shots; i += 4)
+        assert_true(rms_error(f, &f->scene.shot[i]) < 1e-4);
+}
+
+// A glossier ball has a highlight that is 3 px wide; pixels there are divided until they are right.
+static void test_a_narrow_highlight_too(void **state)
+{
+    struct fixture *f = *state;
+    double *alpha = &f->scene.sample.parameter[3], before = *alpha;
+    *alpha = 0.03;
+    assert_true(rms_error(f, &f->scene.shot[0]) < 1e-4);
+    *alpha = before;
+}
+
+static void test_threads_make_no_difference(void **state)
+{
+    struct fixture *f = *state;
+    size_t size =
+        sizeof(float) * 3 * (size_t)f->scene.camera.width * (size_t)f->scene.camera.height;
+    float *other = malloc(size);
+    for (int threads = 1; threads <= 5; threads += 2) {
+        assert_int_equal(sam_film_expose(&f->world, &f->scene.shot[1], 2, f->value, NULL), 0);
+        assert_int_equal(sam_film_expose(&f->world, &f->scene.shot[1], threads, other, NULL), 0);
+        assert_memory_equal(f->value, other, size);
+    }
+    free(other);
+}
+
+// The centre of the sphere hides the lamp from the point of the board on the line through both.
+static void test_the_ball_throws_its_shadow(void **state)
+{
+    struct fixture *f = *state;
+    struct lighting light = sam_lighting(&f->scene, &f->scene.shot[0]);
+    vec3 c = f->scene.sample.place.center, l = light.position;
+    double s = c.z / (l.z - c.z);
+    vec3 shadow = vec3_add(c, vec3_scale(vec3_sub(c, l), s));
+    double aside = f->scene.sample.place.radius * l.z / (l.z - c.z);
+    for (int side = -1; side <= 1; side += 2) {
+        struct ray in = {{shadow.x + 0.98 * side * aside, shadow.y, 20}, {0, 0, -1}};
+        struct ray out = {{shadow.x + 1.02 * side * aside, shadow.y, 20}, {0, 0, -1}};
+        assert_false(sam_spot(&f->world, in, &light).lit);
+        assert_true(sam_spot(&f->world, out, &light).lit);
+    }
+}
+
+// White paper, from above: L = albedo/pi I cos / r^2.
+static void test_paper_is_matt(void **state)
+{
+    struct fixture *f = *state;
+    struct lighting light = sam_lighting(&f->scene, &f->scene.shot[0]);
+    struct tag_place *tag = &f->scene.board.tag[0];
+    vec3 p = {tag->center.x - tag->size / 2 - 1, tag->center.y, 0};
+    struct spot spot = sam_spot(&f->world, (struct ray){{p.x, p.y, 99}, {0, 0, -1}}, &light);
+    double rgb[3], r = vec3_length(vec3_sub(light.position, p));
+    sam_shade(&f->world, &spot, &light, (vec3){0, 0, -1}, rgb);
+    assert_near(rgb[1], 0.8 / CAP_PI * light.intensity[1] * light.position.z / (r * r * r), 1e-15);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_sample_shows_the_closed_form),
+        cmocka_unit_test(test_a_narrow_highlight_too),
+        cmocka_unit_test(test_threads_make_no_difference),
+        cmocka_unit_test(test_the_ball_throws_its_shadow),
+        cmocka_unit_test(test_paper_is_matt),
+    };
+    return cmocka_run_group_tests(tests, load, unload);
+}
