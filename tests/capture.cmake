@@ -1,1 +1,3 @@
 brdf_test(capture exr)
+brdf_test(capture photo)
+brdf_test(capture shots)
