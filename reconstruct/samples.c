@@ -2,11 +2,11 @@
  *
  * Method.   f = L / (V light cos(theta_i)/r^2), with the directions and the irradiance of the
  *           footprint (footprint.c) and L the radiance of the map.
- * Errors.   Noise is the map's. What a wrong sphere, pose or lamp does to cos(theta_i)/r^2 and to
- *           theta_h is its derivative times the calibration's sigmas: neighbours share it, so it is
- *           kept apart from noise and never averages out (bins.c).
+ * Errors.   Noise is the map's. What a wrong sphere, pose or lamp does (sample_errors.c) neighbours
+ *           share: it is kept apart from noise and never averages out (bins.c).
  */
 #include "footprint.h"
+#include "sample_errors.h"
 
 #include <assert.h>
 
@@ -114,53 +114,6 @@ static bool occluded(const struct viewing *v, vec3 point)
     return !v->lamp->at_infinity && behind_board(v->board, v->lamp_position, point);
 }
 
-// 1 sigma of g.(displacement of the sample against the ray): the sphere's place and the pose.
-static double shifted(const struct viewing *v, vec3 g)
-{
-    const double *s = v->sample->sigma_center;
-    return sqrt(square(g.x * s[0]) + square(g.y * s[1]) + square(g.z * s[2])
-                + square(v->shake) * vec3_dot(g, g));
-}
-
-// How w.n moves with the sample's centre, times the radius: the point slides along the ray so as
-// to stay on the surface, n' = n + (d (n.c)/(n.d) - c)/R for a step c, so w.n' = w.n + g.c/R.
-static vec3 slide(vec3 w, vec3 n, vec3 d)
-{
-    return vec3_sub(vec3_scale(n, vec3_dot(w, d) / vec3_dot(n, d)), w);
-}
-
-static void geometry_errors(reflectance_sample *out, const struct viewing *v, const footprint *a)
-{
-    vec3 d = vec3_scale(a->wo, -1);
-    double radius = v->sample->radius, cos_i = vec3_dot(a->normal, a->wi);
-    double cos_o = vec3_dot(a->normal, a->wo);
-    vec3 h = vec3_normalize(vec3_add(a->wi, a->wo));
-    double grow = v->sample->sigma_radius / radius;  // n' = n + (d/(n.d) - n) grow
-    double by_place = shifted(v, slide(a->wi, a->normal, d)) / radius;
-    double by_radius = (vec3_dot(a->wi, a->wo) / cos_o - cos_i) * grow;
-    double by_lamp2 = 0;
-    if (!v->lamp->at_infinity) {
-        vec3 g = vec3_sub(vec3_scale(a->normal, 1 / cos_i), vec3_scale(a->wi, 3));
-        const double *s = v->lamp->sigma_position;
-        by_lamp2 =
-            (square(g.x * s[0]) + square(g.y * s[1]) + square(g.z * s[2])) / square(a->distance);
-    } else {
-        const double *s = v->lamp->sigma_direction;
-        vec3 n = a->normal;
-        by_lamp2 = (square(n.x * s[0]) + square(n.y * s[1]) + square(n.z * s[2])) / square(cos_i);
-    }
-    out->systematic =
-        sqrt(square(by_place / cos_i) + square(by_radius / cos_i) + by_lamp2 + square(v->dimming));
-    // theta_h turns with n along h's tangent; straight down on the highlight any tangent will do.
-    double cos_h = vec3_dot(a->normal, h), sin_h = sqrt(fmax(0, 1 - cos_h * cos_h));
-    vec3 tangent = sin_h > 1e-6 ? vec3_scale(vec3_sub(h, vec3_scale(a->normal, cos_h)), 1 / sin_h)
-                                : (vec3){0, 0, 0};
-    double turn =
-        sin_h > 1e-6 ? shifted(v, slide(tangent, a->normal, d)) / radius : v->shake / radius;
-    double turn_by_radius = vec3_dot(tangent, a->wo) / cos_o * grow;
-    out->tilt = sqrt(square(turn) + square(turn_by_radius));
-}
-
 // Noise of the photosite's surroundings relative to their radiance, squared: what its own is
 // expected to be. Photosites that were saturated in all frames have none to tell.
 static double expected_noise2(const struct radiance *map, int x, int y)
@@ -237,7 +190,9 @@ enum fate rec_sample_at(reflectance_sample *out, const struct viewing *viewing,
     out->angles = local_angles(&a);
     out->spread[0] = a.spread[0];
     out->spread[1] = a.spread[1];
-    geometry_errors(out, viewing, &a);
+    shared_errors shared = rec_shared_errors(viewing, &a);
+    out->systematic = shared.systematic;
+    out->tilt = shared.tilt;
     out->weight = weight_of(expected_noise2(map, x, y) + square(out->systematic));
     return FATE_USED;
 }

@@ -1,0 +1,6 @@
+brdf_test(reconstruct half_diff)
+brdf_test(reconstruct merl)
+brdf_test(reconstruct models)
+brdf_test(reconstruct lens_table)
+brdf_test(reconstruct samples)
+brdf_test(reconstruct bins)

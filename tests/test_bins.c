@@ -1,0 +1,145 @@
+/* test_bins.c -- sums per bin: exact in any order, means and errors by hand. */
+#include "bins.h"
+#include "near.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { SAMPLES = 20000 };
+
+// A number in [0, 1) that looks like chance and is none.
+static double chance(int i, int k)
+{
+    double x = sin(12.9898 * i + 78.233 * k) * 43758.5453;
+    return x - floor(x);
+}
+
+static reflectance_sample made(int i)
+{
+    reflectance_sample s = {
+        .angles = {0.3 * chance(i, 0), 0.4 + 0.3 * chance(i, 1), CAP_PI * (2 * chance(i, 2) - 1)},
+        .systematic = 0.01 * chance(i, 3),
+        .tilt = 1e-3,
+        .weight = pow(10, -6 * chance(i, 4)),
+    };
+    for (int c = 0; c < 3; c++) {
+        s.f[c] = pow(10, 8 * chance(i, 5 + c) - 4);
+        s.noise[c] = 1e-4 * s.f[c] * s.f[c];
+    }
+    return s;
+}
+
+// Bins of samples in an order of their own, over several tallies that are merged.
+static struct bins binned(int stride, int tallies)
+{
+    struct tally tally[4];
+    struct bins bins = {0};
+    for (int t = 0; t < tallies; t++)
+        assert_int_equal(rec_tally_begin(&tally[t], NULL), STATUS_OK);
+    for (int i = 0; i < SAMPLES; i++) {
+        reflectance_sample s = made((int)((long)i * stride % SAMPLES));
+        assert_int_equal(rec_tally_add(&tally[i % tallies], &s, NULL), STATUS_OK);
+    }
+    for (int t = 1; t < tallies; t++)
+        assert_int_equal(rec_tally_merge(&tally[0], &tally[t], NULL), STATUS_OK);
+    assert_int_equal(rec_tally_finish(&bins, &tally[0], NULL), STATUS_OK);
+    for (int t = 0; t < tallies; t++)
+        rec_tally_free(&tally[t]);
+    return bins;
+}
+
+static void test_any_order_and_any_split_give_the_same_bits(void **state)
+{
+    (void)state;
+    struct bins a = binned(1, 1), b = binned(7919, 1), c = binned(1237, 4);
+    assert_true(a.count > 1000);
+    assert_int_equal(a.count, b.count);
+    assert_int_equal(a.count, c.count);
+    assert_memory_equal(a.bin, b.bin, (size_t)a.count * sizeof *a.bin);
+    assert_memory_equal(a.bin, c.bin, (size_t)a.count * sizeof *a.bin);
+    rec_bins_free(&a);
+    rec_bins_free(&b);
+    rec_bins_free(&c);
+}
+
+static void test_centroids_lie_in_their_bins(void **state)
+{
+    (void)state;
+    struct bins a = binned(1, 1);
+    for (int i = 0; i < a.count; i++)
+        assert_int_equal(rec_merl_index(a.bin[i].centroid), a.bin[i].index);
+    rec_bins_free(&a);
+}
+
+static struct bin one_bin(const reflectance_sample *sample, int count)
+{
+    struct tally tally;
+    struct bins bins;
+    assert_int_equal(rec_tally_begin(&tally, NULL), STATUS_OK);
+    for (int i = 0; i < count; i++)
+        assert_int_equal(rec_tally_add(&tally, &sample[i], NULL), STATUS_OK);
+    assert_int_equal(rec_tally_finish(&bins, &tally, NULL), STATUS_OK);
+    assert_int_equal(bins.count, 1);
+    struct bin b = bins.bin[0];
+    rec_bins_free(&bins);
+    rec_tally_free(&tally);
+    return b;
+}
+
+// Weights 1 and 1/4, f of 1 and 2: the mean is (1 + 0.5) / 1.25, the noise of it
+// sqrt(1 var + var / 16) / 1.25; the systematic parts average without getting smaller.
+static void test_mean_and_errors_by_hand(void **state)
+{
+    (void)state;
+    reflectance_sample s[2] = {
+        {{0.5001, 0.7, 0.3001}, {1, 1, 1}, {0.01, 0.04, 0}, 0.02, 0.001, {0, 0}, 1},
+        {{0.5005, 0.7, 0.3005}, {2, 2, 2}, {0.01, 0.04, 0}, 0.02, 0.001, {0, 0}, 0.25},
+    };
+    struct bin b = one_bin(s, 2);
+    assert_int_equal(b.count, 2);
+    for (int c = 0; c < 3; c++)
+        assert_near(b.mean[c], 1.2, 1e-15);
+    assert_near(b.centroid.theta_h, 0.50018, 1e-15);
+    assert_near(b.noise[0], 0.1 * sqrt(1 + 1.0 / 16) / 1.25, 1e-15);
+    assert_near(b.noise[1], 0.2 * sqrt(1 + 1.0 / 16) / 1.25, 1e-15);
+    assert_near(b.sigma[2], 1.2 * 0.02, 1e-15);
+    assert_near(b.scatter[0], 0.4, 1e-15);  // (1 0.04 + 0.25 0.64) / 1.25 = 0.16
+    assert_true(isnan(b.swapped[0]));
+}
+
+// A pair and its swapped pair, phi_d and phi_d - pi, share a bin, and their difference is told.
+static void test_reciprocity_is_kept_apart(void **state)
+{
+    (void)state;
+    reflectance_sample s[2] = {
+        {{0.5, 0.7, 0.3001}, {1.0, 1, 1}, {0, 0, 0}, 0, 0, {0, 0}, 0.5},
+        {{0.5, 0.7, 0.3001 - CAP_PI}, {1.1, 1, 1}, {0, 0, 0}, 0, 0, {0, 0}, 0.5},
+    };
+    struct bin b = one_bin(s, 2);
+    assert_near(b.mean[0], 1.05, 1e-15);
+    assert_near(b.centroid.phi_d, 0.3001, 1e-15);
+    assert_near(b.swapped[0], -0.1, 1e-14);
+    assert_near(b.swapped[1], 0, 1e-14);
+}
+
+// The documented range: a thousand million samples of the largest kind.
+static void test_the_largest_sums_fit(void **state)
+{
+    (void)state;
+    reflectance_sample s = {{0.5, 0.7, 0.3}, {9.9e4, 9.9e4, 9.9e4}, {0, 0, 0}, 0, 0, {0, 0}, 1};
+    struct bin b = one_bin(&s, 1);
+    assert_near(b.mean[0], 9.9e4, 1e-10);
+    assert_true(9.9e4 * 9.9e4 * 1e9 < ldexp(1, 127 - 60));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_any_order_and_any_split_give_the_same_bits),
+        cmocka_unit_test(test_centroids_lie_in_their_bins),
+        cmocka_unit_test(test_mean_and_errors_by_hand),
+        cmocka_unit_test(test_reciprocity_is_kept_apart),
+        cmocka_unit_test(test_the_largest_sums_fit),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

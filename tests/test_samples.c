@@ -1,0 +1,301 @@
+/* test_samples.c -- photosites of a closed-form scene give back the f that was put in.
+ *
+ * The scene is made here: a pinhole without distortion, a sphere, a lamp. A pixel is the mean of
+ * f cos(theta_i)/r^2 over its square by the midpoint rule in 24 x 24 points.
+ */
+#include "footprint.h"
+#include "near.h"
+
+#include <stdlib.h>
+
+enum { WIDTH = 120, HEIGHT = 90, FINE = 24 };
+
+struct scene {
+    struct camera camera;
+    struct view view;
+    struct lamp lamp;
+    struct calibration calibration;
+    struct lens_table lens;
+    struct radiance map;
+    const struct model *model;
+    double value[MODEL_PARAMETERS_MAX];
+};
+
+// Where the ray of a pixel meets the sphere at the origin, in the view (the identity pose).
+static bool meet(const struct scene *s, double u, double v, vec3 *n, vec3 *p, vec3 *wo)
+{
+    const struct camera *c = &s->camera;
+    vec3 d = {(u - c->center[0]) / c->focal[0], (v - c->center[1]) / c->focal[1], 1};
+    vec3 o = s->calibration.sample.center;
+    double radius = s->calibration.sample.radius;
+    d = vec3_normalize(d);
+    double along = vec3_dot(d, o), off2 = vec3_dot(o, o) - along * along;
+    if (off2 >= radius * radius)
+        return false;
+    *p = vec3_scale(d, along - sqrt(radius * radius - off2));
+    *n = vec3_scale(vec3_sub(*p, o), 1 / radius);
+    *wo = vec3_scale(d, -1);
+    return true;
+}
+
+static vec3 local(vec3 w, vec3 n)
+{
+    vec3 t = vec3_normalize(vec3_cross(n, (vec3){0.3, 0.9, 0.1})), b = vec3_cross(n, t);
+    return (vec3){vec3_dot(w, t), vec3_dot(w, b), vec3_dot(w, n)};
+}
+
+static void radiance_at(const struct scene *s, double u, double v, double sum[3])
+{
+    vec3 n, p, wo;
+    if (!meet(s, u, v, &n, &p, &wo))
+        return;
+    vec3 l = vec3_sub(s->lamp.position, p);
+    double r = vec3_length(l);
+    vec3 wi = local(vec3_scale(l, 1 / r), n), out = local(wo, n);
+    double f[3];
+    if (wi.z <= 0 || out.z <= 0)
+        return;
+    s->model->eval(s->value, wi, out, f);
+    for (int c = 0; c < 3; c++)
+        sum[c] += f[c] * s->lamp.intensity[c] * s->view.power * wi.z / (r * r);
+}
+
+static void shoot(struct scene *s)
+{
+    s->map = (struct radiance){WIDTH, HEIGHT, calloc(3 * WIDTH * HEIGHT, sizeof(float)),
+                               calloc(3 * WIDTH * HEIGHT, sizeof(float))};
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            double sum[3] = {0}, pixel[2] = {x, y};
+            for (int j = 0; j < FINE; j++)
+                for (int i = 0; i < FINE; i++)
+                    radiance_at(s, x - 0.5 + (i + 0.5) / FINE, y - 0.5 + (j + 0.5) / FINE, sum);
+            for (int c = 0; c < 3; c++) {
+                size_t at = 3 * (size_t)(y * WIDTH + x) + (size_t)c;
+                s->map.value[at] =
+                    (float)(sum[c] / (FINE * FINE) * cal_vignetting(&s->camera, pixel));
+                s->map.variance[at] = 1e-12F;
+            }
+        }
+}
+
+static struct scene *make_scene(const char *model, const double *value)
+{
+    struct scene *s = calloc(1, sizeof *s);
+    s->camera = (struct camera){.name = "a",
+                                .width = WIDTH,
+                                .height = HEIGHT,
+                                .focal = {600, 610},
+                                .center = {58.3, 45.1},
+                                .vignetting = {-0.05, 0.01}};
+    s->view = (struct view){.name = "v", .power = 1.1};
+    s->lamp =
+        (struct lamp){.name = "l", .position = {-250, -300, 80}, .intensity = {1e5, 2e5, 3e5}};
+    s->calibration =
+        (struct calibration){.camera = &s->camera,
+                             .view = &s->view,
+                             .lamp = &s->lamp,
+                             .sample = {.shape = SHAPE_SPHERE, .radius = 25, .center = {1, 2, 400}},
+                             .cameras = 1,
+                             .views = 1,
+                             .lamps = 1};
+    assert_int_equal(rec_lens_make(&s->lens, &s->camera, NULL), STATUS_OK);
+    s->model = rec_model_find(model);
+    for (int k = 0; k < rec_model_size(s->model); k++)
+        s->value[k] = value[k];
+    return s;
+}
+
+static void free_scene(struct scene *s)
+{
+    rec_lens_free(&s->lens);
+    cap_radiance_free(&s->map);
+    free(s);
+}
+
+static const double grey[] = {0.2, 0.5, 0.8};
+
+// The footprint's mean of cos/r^2 is the pixel's: f comes back to the map's float rounding, except
+// next to the edges, where cos_o's root bends more than the quadrature's fifth degree follows.
+static void test_lambert_comes_back(void **state)
+{
+    (void)state;
+    struct scene *s = make_scene("lambert", grey);
+    struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    int used = 0;
+    shoot(s);
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            reflectance_sample a;
+            bool hit;
+            if (rec_sample_at(&a, &v, &s->map, x, y, &hit))
+                continue;
+            vec3 wi, wo;
+            rec_directions(a.angles, &wi, &wo);
+            bool inner = wo.z > 0.5 && wi.z > 0.3;
+            for (int c = 0; c < 3; c++)
+                assert_near(a.f[c] * CAP_PI / grey[c], 1, inner ? 2e-5 : 3e-3);
+            used++;
+        }
+    assert_true(used > 1500);
+    free_scene(s);
+}
+
+// A highlight is averaged over the photosite: only the model's bend over it is left, and that is
+// what spread[] tells.
+static void test_gloss_comes_back_to_its_bend(void **state)
+{
+    (void)state;
+    const double value[] = {0.2, 0.2, 0.2, 0.3, 1.5};
+    struct scene *s = make_scene("ggx", value);
+    struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    shoot(s);
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            reflectance_sample a;
+            bool hit;
+            if (rec_sample_at(&a, &v, &s->map, x, y, &hit))
+                continue;
+            vec3 wi, wo;
+            double f[3];
+            rec_directions(a.angles, &wi, &wo);
+            s->model->eval(s->value, wi, wo, f);
+            // Half the second derivative of a lobe of width 0.3 is below 3 / 0.09 of its height.
+            double bend = 35 * (a.spread[0] + a.spread[1]) + 1e-4;
+            assert_near(a.f[1] / f[1], 1, wo.z > 0.2 ? bend : bend + 3e-3);
+        }
+    free_scene(s);
+}
+
+static void test_fates(void **state)
+{
+    (void)state;
+    struct scene *s = make_scene("lambert", grey);
+    struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    int64_t count[FATES] = {0}, hits = 0;
+    shoot(s);
+    size_t middle = 3 * (size_t)(40 * WIDTH + 52);
+    s->map.variance[middle + 1] = INFINITY;
+    s->map.value[middle + 3] = NAN;
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            reflectance_sample a;
+            bool hit;
+            enum fate fate = rec_sample_at(&a, &v, &s->map, x, y, &hit);
+            hits += hit;
+            count[fate] += hit;
+        }
+    double radius = 25 * 605 / sqrt(400.0 * 400 - 625);  // of the outline, px
+    assert_near((double)hits, CAP_PI * radius * radius, 0.02 * CAP_PI * radius * radius);
+    // A ring of one photosite, and not two.
+    assert_true(count[FATE_OUTLINE] > 0.8 * 2 * CAP_PI * radius);
+    assert_true(count[FATE_OUTLINE] < 1.4 * 2 * CAP_PI * radius);
+    assert_int_equal(count[FATE_SATURATED], 1);
+    assert_int_equal(count[FATE_UNUSABLE], 1);
+    assert_true(count[FATE_DARK] > 100);
+    assert_true(count[FATE_TERMINATOR] > 20 && count[FATE_TERMINATOR] < 4 * radius);
+    assert_int_equal(count[FATE_OCCLUDED], 0);
+    free_scene(s);
+}
+
+// A step of the sphere, the lamp or the radius moves ln(cos/r^2) by its derivative: the sigma for
+// one direction at a time is the difference of two footprints.
+static double log_irradiance(struct scene *s, int x, int y)
+{
+    struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    footprint a;
+    bool hit;
+    assert_int_equal(rec_footprint(&a, &v, x, y, &hit), FATE_USED);
+    return log(a.irradiance);
+}
+
+static double systematic(struct scene *s, int x, int y)
+{
+    struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    reflectance_sample a;
+    bool hit;
+    assert_int_equal(rec_sample_at(&a, &v, &s->map, x, y, &hit), FATE_USED);
+    return a.systematic;
+}
+
+static void test_systematic_errors_are_derivatives(void **state)
+{
+    (void)state;
+    struct scene *s = make_scene("lambert", grey);
+    const int x = 42, y = 38;
+    const double step = 1e-3;
+    shoot(s);
+    struct sample *p = &s->calibration.sample;
+    double *moved[] = {&p->center.x,        &p->center.y,        &p->center.z,       &p->radius,
+                       &s->lamp.position.x, &s->lamp.position.y, &s->lamp.position.z};
+    double *sigma[] = {&p->sigma_center[0],        &p->sigma_center[1],
+                       &p->sigma_center[2],        &p->sigma_radius,
+                       &s->lamp.sigma_position[0], &s->lamp.sigma_position[1],
+                       &s->lamp.sigma_position[2]};
+    for (int k = 0; k < 7; k++) {
+        double was = *moved[k];
+        *moved[k] = was + step;
+        double up = log_irradiance(s, x, y);
+        *moved[k] = was - step;
+        double down = log_irradiance(s, x, y);
+        *moved[k] = was;
+        *sigma[k] = step;
+        assert_near(systematic(s, x, y), fabs(up - down) / 2, 0.01 * fabs(up - down) / 2 + 1e-7);
+        *sigma[k] = 0;
+    }
+    s->view.sigma_power = 0.011;  // of 1.1
+    assert_near(systematic(s, x, y), 0.01, 1e-12);
+    free_scene(s);
+}
+
+// The board between eye and sample hides it; beside the sample it does not.
+static void test_the_board_hides_what_is_behind_it(void **state)
+{
+    (void)state;
+    struct scene *s = make_scene("lambert", grey);
+    shoot(s);
+    s->calibration.sample.center.z -= 300;  // the same view from (0, 0, -300) of the world
+    s->view.view_from_world.translation.z = 300;
+    s->lamp.position.z -= 300;
+    struct board_extent before = {{-50, -50}, {50, 50}}, beside = {{20, -50}, {50, 50}};
+    reflectance_sample a;
+    bool hit;
+    struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, &before);
+    assert_int_equal(rec_sample_at(&a, &v, &s->map, 50, 40, &hit), FATE_OCCLUDED);
+    v = rec_viewing(&s->calibration, 0, &s->lens, &beside);
+    assert_int_equal(rec_sample_at(&a, &v, &s->map, 50, 40, &hit), FATE_USED);
+    free_scene(s);
+}
+
+// A cylinder's normal at the middle of its face looks back along the ray; its ends are edges.
+static void test_cylinder(void **state)
+{
+    (void)state;
+    struct sample c = {.shape = SHAPE_CYLINDER,
+                       .radius = 20,
+                       .height = 60,
+                       .center = {0, 0, 300},
+                       .axis = {0, 2, 0}};
+    meeting m = rec_meet(&c, (vec3){0}, (vec3){0, 0, 1});
+    assert_true(m.hit);
+    assert_near(m.point.z, 280, 1e-12);
+    assert_near(m.normal.z, -1, 1e-14);
+    vec3 beyond_end = vec3_normalize((vec3){0, 30.1, 280}), before_end = {0, 29.9, 280};
+    assert_false(rec_meet(&c, (vec3){0}, beyond_end).hit);
+    assert_true(rec_meet(&c, (vec3){0}, vec3_normalize(before_end)).hit);
+    assert_false(rec_meet(&c, (vec3){0}, vec3_normalize((vec3){21, 0, 300})).hit);
+    assert_false(rec_meet(&c, (vec3){0}, (vec3){0, 0, -1}).hit);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_lambert_comes_back),
+        cmocka_unit_test(test_gloss_comes_back_to_its_bend),
+        cmocka_unit_test(test_fates),
+        cmocka_unit_test(test_systematic_errors_are_derivatives),
+        cmocka_unit_test(test_the_board_hides_what_is_behind_it),
+        cmocka_unit_test(test_cylinder),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
