@@ -169,6 +169,19 @@ static cyaml_config_t configuration(struct complaint *complaint)
                             .mem_fn = cyaml_mem};
 }
 
+/* An unknown key stands where the source says; libcyaml points at the one before it. */
+static unsigned line_of(const struct complaint *c, const struct yaml_source *source)
+{
+    static const char unexpected[] = "Unexpected key: ";
+    char path[320];
+    if (strncmp(c->what, unexpected, strlen(unexpected)) != 0)
+        return c->line ? c->line : 1;
+    snprintf(path, sizeof path, "%.150s%s%.150s", c->where, *c->where ? "." : "",
+             c->what + strlen(unexpected));
+    int line = yaml_source_line(source, path);
+    return line ? (unsigned)line : c->line;
+}
+
 enum status capture_yaml_read(struct capture_yaml *yaml, const char *file, struct error *err)
 {
     struct capture_yaml made = {0};
@@ -186,8 +199,9 @@ enum status capture_yaml_read(struct capture_yaml *yaml, const char *file, struc
     if (result == CYAML_OK)
         status = cap_fail(err, STATUS_FORMAT, "%s: is empty", file);
     else
-        status = cap_fail(err, STATUS_FORMAT, "%s: line %u: %s%s%s", file, c.line ? c.line : 1,
-                          c.where, *c.where ? ": " : "", *c.what ? c.what : cyaml_strerror(result));
+        status =
+            cap_fail(err, STATUS_FORMAT, "%s: line %u: %s%s%s", file, line_of(&c, &made.source),
+                     c.where, *c.where ? ": " : "", *c.what ? c.what : cyaml_strerror(result));
     capture_yaml_free(&made);
     return status;
 }

@@ -37,10 +37,10 @@ static int quantile(const uint32_t *histogram, double share)
     return 0;
 }
 
-static void count_frame(uint32_t *histogram, const struct bracket_sample *s, int frame, int c)
+static void count_values(uint32_t *histogram, const uint16_t *dn, size_t photosites, int c)
 {
-    for (size_t i = 0; i < s->photosites; i++)
-        histogram[s->dn[frame][3 * i + c]]++;
+    for (size_t i = 0; i < photosites; i++)
+        histogram[dn[3 * i + c]]++;
 }
 
 static int highest_value(const struct bracket_sample *sample, int samples, int c)
@@ -61,7 +61,7 @@ static double rough_black(const struct bracket_sample *sample, int samples, int 
     memset(histogram, 0, LEVELS * sizeof *histogram);
     for (int k = 0; k < samples; k++)
         if (sample[k].frames > 1)
-            count_frame(histogram, &sample[k], 0, c);
+            count_values(histogram, sample[k].dn[0], sample[k].photosites, c);
     return quantile(histogram, 0.001);
 }
 
@@ -142,14 +142,22 @@ static void set_white(struct sensor *sensor, int c, const struct bracket_sample 
     sensor->usable[c] = pile.mean - fmax(4 * fmax(pile.spread, 0.5), ringing * pile.mean);
 }
 
-/* Mean intercept of the photosites with low <= v_long < high; the longest unsaturated frame of
- * each bracket is paired with its shortest. */
+/* The frame that tells which photosites are dark. Chosen by the noise of the longest frame, they
+ * would all be read too low in it: the one before it is independent. */
+static const uint16_t *selector(const struct bracket_sample *s)
+{
+    return s->dn[s->frames > 2 ? s->frames - 2 : s->frames - 1];
+}
+
+/* Mean intercept of the photosites with values in [low, high) in the selector, from the longest
+ * and the shortest frame of each bracket. */
 struct intercept {
     double count, mean, deviation, at_zero;  // at_zero: share of values cut off at 0
 };
 
 static struct intercept mean_intercept(const struct bracket_sample *sample, int samples, int c,
-                                       double low, double high, struct intercept before)
+                                       double low, double high, double usable,
+                                       struct intercept before)
 {
     double count = 0, sum = 0, sum2 = 0, zeros = 0;
     for (int k = 0; k < samples; k++) {
@@ -158,8 +166,9 @@ static struct intercept mean_intercept(const struct bracket_sample *sample, int 
         if (ratio < 2)
             continue;
         const uint16_t *dn_short = s->dn[0], *dn_long = s->dn[s->frames - 1];
-        for (size_t i = c; i < 3 * s->photosites; i += 3) {
-            if (dn_long[i] < low || dn_long[i] >= high)
+        const uint16_t *by = selector(s);
+        for (size_t i = (size_t)c; i < 3 * s->photosites; i += 3) {
+            if (by[i] < low || by[i] >= high || dn_long[i] >= usable)
                 continue;
             double b = (ratio * dn_short[i] - dn_long[i]) / (ratio - 1);
             if (before.count > 0 && fabs(b - before.mean) > 5 * before.deviation + 1)
@@ -185,7 +194,7 @@ static double find_black(const struct bracket_sample *sample, int samples, int c
     memset(histogram, 0, LEVELS * sizeof *histogram);
     for (int k = 0; k < samples; k++)
         if (sample[k].time[sample[k].frames - 1] >= 2 * sample[k].time[0])
-            count_frame(histogram, &sample[k], sample[k].frames - 1, c);
+            count_values(histogram, selector(&sample[k]), sample[k].photosites, c);
     for (int v = (int)usable; v < LEVELS; v++)
         histogram[v] = 0;  // saturated
     double low = 0, found = NAN;
@@ -193,7 +202,7 @@ static double find_black(const struct bracket_sample *sample, int samples, int c
         double high = quantile(histogram, 0.1 * step) + 1;
         struct intercept b = {0};
         for (int clip = 0; clip < 3; clip++)
-            b = mean_intercept(sample, samples, c, low, fmin(high, usable), b);
+            b = mean_intercept(sample, samples, c, low, high, usable, b);
         if (b.count >= COUNT_MIN)
             found = fmax(b.mean, 0);
         if (b.count >= COUNT_MIN && b.at_zero < 1e-3)

@@ -36,17 +36,33 @@ static int bin_of(double z)
     return bin < BINS ? bin : BINS - 1;
 }
 
+/* The ratio of two exposures as the photosites see it: EXIF times are nominal, 1/30 s is 1/32 s. */
+static double seen_ratio(const struct sensor *sensor, int c, const struct bracket_sample *s, int f)
+{
+    double nominal = s->time[f] / s->time[f - 1], sum_short = 0, sum_long = 0;
+    double high = 0.9 * (sensor->usable[c] - sensor->black[c]);
+    for (size_t i = (size_t)c; i < 3 * s->photosites; i += 3) {
+        double a = s->dn[f - 1][i] - sensor->black[c], b = s->dn[f][i] - sensor->black[c];
+        if (b + a > high || b > sensor->usable[c] - sensor->black[c])
+            continue;
+        sum_short += a;
+        sum_long += b;
+    }
+    double ratio = sum_long / sum_short;
+    return ratio > 0.8 * nominal && ratio < 1.25 * nominal ? ratio : nominal;
+}
+
 static void add_pair(struct bin *bin, struct line noise, const struct sensor *sensor, int c,
                      const struct bracket_sample *s, int f, size_t stride)
 {
-    double ratio = s->time[f] / s->time[f - 1], black = sensor->black[c];
+    double ratio = seen_ratio(sensor, c, s, f), black = sensor->black[c];
     double to_z = (1 + ratio) / (1 + ratio * ratio);
     double scale = 1 / sqrt(1 + ratio * ratio);
     // Photon noise must not reach into saturation: 10 % are 4 standard deviations and more for
     // every sensor that holds 1600 electrons.
     double high = 0.9 * (sensor->usable[c] - black);
     const uint16_t *dn_short = s->dn[f - 1], *dn_long = s->dn[f];
-    for (size_t i = c; i < 3 * s->photosites; i += 3 * stride) {
+    for (size_t i = (size_t)c; i < 3 * s->photosites; i += 3 * stride) {
         double a = dn_short[i] - black, b = dn_long[i] - black;
         double photons = noise.slope * fmax(b, 0);
         double k = noise.offset + photons <= 0

@@ -206,16 +206,22 @@ static enum status open_container(struct walk *walk, const yaml_event_t *event, 
         return fail_at(walk, err, line, "nested too deeply");
     char generic[PATH_MAX_LENGTH];
     without_indices(generic, walk->path);
+    size_t length = strlen(walk->path);
+    bool becomes_list = map && in_list(walk->rules->lists, generic);
+    if (becomes_list) {  // its keys are then those of an item
+        snprintf(walk->path + length, sizeof walk->path - length, "[0]");
+        status = add_place(walk, line, err);
+    }
     walk->level[walk->depth++] = (struct level){
         .map = map,
         .expects_key = map,
-        .becomes_list = map && in_list(walk->rules->lists, generic),
+        .becomes_list = becomes_list,
         .flow = map && event->data.mapping_start.style == YAML_FLOW_MAPPING_STYLE,
         .path_end = strlen(walk->path),
         .start = byte_of(walk, event->start_mark.index),
         .start_line = line,
     };
-    return STATUS_OK;
+    return status;
 }
 
 /* Move lines first..last (from 0) right by 2. */

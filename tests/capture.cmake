@@ -1,3 +1,5 @@
 brdf_test(capture exr)
 brdf_test(capture photo)
 brdf_test(capture shots)
+brdf_test(capture capture_yaml)
+brdf_test(capture sensor)

@@ -1,0 +1,163 @@
+/* Levels and noise, found on brackets of a chip whose levels and noise are known. */
+#include "sensor.h"
+#include "synthetic.h"
+
+enum { PHOTOSITES = 60000, FRAMES = 5 };
+
+static const struct sensor_known nothing = {NAN, NAN, NAN, NAN, false};
+
+/* A bracket of radiances spread evenly in the logarithm over four decades, a tenth black. */
+struct bracket {
+    double time[FRAMES];
+    uint16_t *dn[FRAMES];
+    struct bracket_sample sample;
+};
+
+static void expose(struct bracket *bracket, const struct chip *chip, int frames, double ratio,
+                   double brightest)
+{
+    static uint64_t seed;
+    uint64_t state = ++seed;
+    for (int f = 0; f < frames; f++) {
+        bracket->time[f] = pow(ratio, f) / 1024;
+        bracket->dn[f] = malloc(3 * PHOTOSITES * sizeof *bracket->dn[f]);
+        assert_non_null(bracket->dn[f]);
+    }
+    for (int i = 0; i < 3 * PHOTOSITES; i++) {
+        double rate = brightest * pow(10, -4 * random_uniform(&state));
+        if (random_uniform(&state) < 0.1)
+            rate = 0;
+        for (int f = 0; f < frames; f++)
+            bracket->dn[f][i] = chip_expose(chip, rate * bracket->time[f], &state);
+    }
+    bracket->sample = (struct bracket_sample){frames, bracket->time,
+                                              (const uint16_t *const *)bracket->dn, PHOTOSITES};
+}
+
+static void release(struct bracket *bracket)
+{
+    for (int f = 0; f < bracket->sample.frames; f++)
+        free(bracket->dn[f]);
+}
+
+static struct row {
+    const char *name;
+    struct chip chip;
+    double ratio, brightest;        // electrons a second
+    double black_near, noise_near;  // DN; share
+    bool saturates;
+} rows[] = {
+    {"full well below the converter's end", {128, 12.6, 5, 48000, 4095}, 4, 3e7, 0.02, 0.05, true},
+    {"converter full first", {64, 2, 3, 1e9, 4095}, 2, 8e6, 0.02, 0.05, true},
+    {"14 bits", {512, 4, 8, 60000, 16383}, 4, 3e7, 0.05, 0.05, true},
+    {"noisy 16 bits", {1000.4, 1, 20, 60000, 65535}, 3, 2e7, 0.3, 0.05, true},
+    {"black cut off at 0", {0, 4, 3, 1e9, 4095}, 4, 2e7, 0.25, 0.1, true},
+    {"nothing saturates", {128, 4, 5, 1e9, 16383}, 2, 5e5, 0.02, 0.05, false},
+};
+enum { ROWS = sizeof rows / sizeof *rows };
+
+static void test_chip(void **state)
+{
+    const struct row *r = *state;
+    const struct chip *chip = &r->chip;
+    struct bracket bracket;
+    struct sensor sensor;
+    struct sensor_doubts doubts = {0};
+    expose(&bracket, chip, FRAMES, r->ratio, r->brightest);
+    sensor_from_samples(&sensor, &bracket.sample, 1, &nothing, &doubts);
+    release(&bracket);
+    double saturation = fmin(chip->black + chip->full_well / chip->gain, chip->top);
+    double read = hypot(chip->read_noise / chip->gain, sqrt(1.0 / 12));
+    assert_false(doubts.black || doubts.noise);
+    for (int c = 0; c < 3; c++) {
+        assert_near(sensor.black[c], chip->black, r->black_near);
+        assert_near(sensor.gain[c], chip->gain, r->noise_near * chip->gain);
+        assert_near(sensor.read_noise[c], read, 0.1 * read);
+        if (r->saturates) {
+            // Read noise is cut off where the converter ends: half of its mean deviation.
+            assert_near(sensor.white[c], saturation, 0.4 * read + 0.1);
+            assert_true(sensor.usable[c] < saturation - 3.5 * chip->read_noise / chip->gain
+                        || chip->top == (int)saturation);
+            assert_true(sensor.usable[c] > saturation - 8 * read - 5);
+        } else {
+            assert_true(sensor.white[c]
+                        > chip->black + r->brightest * bracket.time[FRAMES - 1] / chip->gain);
+        }
+    }
+}
+
+static void test_no_saturated_value_is_usable(void **state)
+{
+    (void)state;
+    const struct chip chip = {128, 12.6, 40, 48000, 4095};  // 3 DN of read noise
+    struct bracket bracket;
+    struct sensor sensor;
+    struct sensor_doubts doubts = {0};
+    expose(&bracket, &chip, FRAMES, 4, 3e7);
+    sensor_from_samples(&sensor, &bracket.sample, 1, &nothing, &doubts);
+    release(&bracket);
+    uint64_t state_of_noise = 99;
+    int let_through = 0;
+    for (int i = 0; i < 100000; i++)
+        let_through += chip_expose(&chip, 1e6, &state_of_noise) < sensor.usable[0];
+    assert_in_range(let_through, 0, 20);  // 4 standard deviations: 3 of 100000
+}
+
+static void test_wrong_times_do_not_spoil_the_noise(void **state)
+{
+    (void)state;
+    const struct chip chip = {128, 12.6, 5, 48000, 4095};
+    struct bracket bracket;
+    struct sensor sensor;
+    struct sensor_doubts doubts = {0};
+    expose(&bracket, &chip, FRAMES, 4, 3e7);
+    for (int f = 0; f < FRAMES; f++)
+        bracket.time[f] *= f % 2 ? 1.06 : 1;  // as 1/30 that is 1/32
+    sensor_from_samples(&sensor, &bracket.sample, 1, &nothing, &doubts);
+    release(&bracket);
+    assert_near(sensor.gain[1], 12.6, 0.07 * 12.6);
+    assert_near(sensor.black[1], 128, 0.05);
+}
+
+static void test_what_is_given_is_taken(void **state)
+{
+    (void)state;
+    const struct chip chip = {128, 12.6, 5, 48000, 4095};
+    const struct sensor_known known = {100, 3000, 7, 14, false};
+    struct bracket bracket;
+    struct sensor sensor;
+    struct sensor_doubts doubts = {0};
+    expose(&bracket, &chip, FRAMES, 4, 3e7);
+    sensor_from_samples(&sensor, &bracket.sample, 1, &known, &doubts);
+    release(&bracket);
+    assert_near(sensor.black[2], 100, 0);
+    assert_near(sensor.white[2], 3000, 0);
+    assert_near(sensor.gain[2], 7, 0);
+    assert_near(sensor.read_noise[2], sqrt(4 + 1.0 / 12), 1e-12);
+}
+
+static void test_a_single_exposure_is_doubtful(void **state)
+{
+    (void)state;
+    const struct chip chip = {128, 12.6, 5, 48000, 4095};
+    struct bracket bracket;
+    struct sensor sensor;
+    struct sensor_doubts doubts = {0};
+    expose(&bracket, &chip, 1, 4, 3e6);
+    sensor_from_samples(&sensor, &bracket.sample, 1, &nothing, &doubts);
+    release(&bracket);
+    assert_true(doubts.black && doubts.noise);
+    assert_true(sensor.white[0] > sensor.black[0] && sensor.gain[0] > 0);
+}
+
+int main(void)
+{
+    struct CMUnitTest tests[ROWS + 4];
+    for (int i = 0; i < ROWS; i++)
+        tests[i] = (struct CMUnitTest){rows[i].name, test_chip, NULL, NULL, &rows[i]};
+    tests[ROWS] = (struct CMUnitTest)cmocka_unit_test(test_no_saturated_value_is_usable);
+    tests[ROWS + 1] = (struct CMUnitTest)cmocka_unit_test(test_wrong_times_do_not_spoil_the_noise);
+    tests[ROWS + 2] = (struct CMUnitTest)cmocka_unit_test(test_what_is_given_is_taken);
+    tests[ROWS + 3] = (struct CMUnitTest)cmocka_unit_test(test_a_single_exposure_is_doubtful);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
