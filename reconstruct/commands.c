@@ -25,7 +25,8 @@ static void print_fit(const struct fit *fit)
     printf("%s:", fit->model->name);
     for (const struct parameter *p = fit->model->parameter; p->name; p++)
         for (int c = 0; c < p->size; c++, k++)
-            printf(" %s%.5g +- %.1g", c ? "" : p->name, fit->value[k], fit->sigma[k]);
+            printf("%s%s %.5g +- %.1g", c ? "," : "  ", c ? "" : p->name, fit->value[k],
+                   fit->sigma[k]);
     printf("; misses by %.2g in log, %.2g %% in the median\n", fit->log_rms,
            100 * fit->relative_median);
 }
