@@ -175,8 +175,8 @@ static double noise_scale(const struct bundle *b)
     return fmax(median / freedom, 1e-12);
 }
 
-// chi^2 with 8 degrees of freedom is above 40 once in 300,000 tags; tags' errors have longer tails.
-static const double outlier_chi2 = 80;
+// Five deviations in each of the eight numbers: the loss deals with what is less.
+static const double outlier_chi2 = 25 * CORNERS;
 
 static int reject_outliers(struct bundle *b, double scale)
 {

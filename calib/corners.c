@@ -247,9 +247,15 @@ static bool residual_at(const struct fit *f, const struct photosite *site, doubl
 // Residuals smaller than this many deviations keep a say (95 % efficient for Gaussian noise).
 static const double tukey = 4.685;
 
+static double weight(double z2)
+{
+    double t = 1 - z2 / (tukey * tukey);
+    return t > 0 ? t * t : 0;
+}
+
 struct normal {
     double a[UNKNOWNS][UNKNOWNS], b[UNKNOWNS];
-    double squares, inliers, sites;  // weighted squares; sums of weights; photosites
+    double inliers, sites;  // photosites within three deviations; all
 };
 
 static void accumulate(struct normal *n, const struct fit *f, double coarse, double scale)
@@ -260,14 +266,12 @@ static void accumulate(struct normal *n, const struct fit *f, double coarse, dou
         double r, variance, by[UNKNOWNS];
         if (!residual_at(f, site, coarse, &r, &variance, by))
             continue;
-        double precision = 1 / variance;
-        double z2 = r * r * precision / (scale * scale) / (tukey * tukey);
+        double z2 = r * r / (variance * scale * scale);
+        double w = weight(z2) / variance;
         n->sites++;
-        if (z2 >= 1)
+        n->inliers += z2 < 9;
+        if (w == 0)
             continue;
-        double tame = (1 - z2) * (1 - z2), w = tame * precision;
-        n->inliers += z2 < 0.41;  // within 3 deviations
-        n->squares += w * r * r;
         int from = by[BLUR] == 0 && by[0] == 0 && by[3] == 0 ? BLACK : 0;  // inside a cell
         for (int i = from; i < UNKNOWNS; i++) {
             double wi = w * by[i];
@@ -498,16 +502,44 @@ static bool slide(struct fit *f)
     return moved < 0.02;
 }
 
-// Corners as pixels, with the covariance of the normal equations.
+// Covariance of the unknowns: A^-1 B A^-1 with A the normal matrix and B the sum of the squares of
+// what each photosite says, which holds whatever the noise turns out to be (P. Huber, "The behavior
+// of maximum likelihood estimates under nonstandard conditions", 1967).
+static bool covariance_of(const struct fit *f, struct normal *n, double scale,
+                          double covariance[UNKNOWNS][UNKNOWNS])
+{
+    accumulate(n, f, 0, scale);
+    if (!dense_cholesky(UNKNOWNS, n->a[0]))
+        return false;
+    double half[UNKNOWNS][UNKNOWNS], scores[UNKNOWNS][UNKNOWNS] = {0};
+    for (int k = 0; k < f->sites; k++) {
+        double r, variance, by[UNKNOWNS];
+        if (!residual_at(f, f->site + k, 0, &r, &variance, by))
+            continue;
+        double score = r * weight(r * r / (variance * scale * scale)) / variance;
+        for (int i = 0; i < UNKNOWNS; i++)
+            for (int j = 0; j < UNKNOWNS; j++)
+                scores[i][j] += score * by[i] * (score * by[j]);
+    }
+    for (int i = 0; i < UNKNOWNS; i++)  // rows: B A^-1, since both are symmetric
+        dense_solve(UNKNOWNS, n->a[0], scores[i]);
+    for (int i = 0; i < UNKNOWNS; i++)
+        for (int j = 0; j < UNKNOWNS; j++)
+            half[i][j] = scores[j][i];
+    for (int i = 0; i < UNKNOWNS; i++)
+        dense_solve(UNKNOWNS, n->a[0], half[i]);
+    memcpy(covariance, half, sizeof half);
+    return true;
+}
+
+// Corners as pixels, with their covariance.
 static bool finish(struct tag_fit *out, const struct fit *f, const struct camera *camera)
 {
     struct normal n;
-    double scale = fmax(scatter_of(f), 0.1);
-    double all[UNKNOWNS][UNKNOWNS], by[8][WARP], pixel_by_warp[8][WARP];
-    accumulate(&n, f, 0, fmax(1, scale));
-    if (!dense_cholesky(UNKNOWNS, n.a[0]))
+    double scale = fmax(1, scatter_of(f)), all[UNKNOWNS][UNKNOWNS];
+    double by[8][WARP], pixel_by_warp[8][WARP];
+    if (!covariance_of(f, &n, scale, all))
         return false;
-    dense_inverse(UNKNOWNS, n.a[0], all[0]);
     corners_by_warp(f, by);
     for (int k = 0; k < 4; k++) {
         double j[2][2];
@@ -518,11 +550,10 @@ static bool finish(struct tag_fit *out, const struct fit *f, const struct camera
     }
     for (int i = 0; i < 8; i++)
         for (int j = 0; j < 8; j++) {
-            double sum = 0;
+            out->covariance[i][j] = 0;
             for (int v = 0; v < WARP; v++)
                 for (int w = 0; w < WARP; w++)
-                    sum += pixel_by_warp[i][v] * all[v][w] * pixel_by_warp[j][w];
-            out->covariance[i][j] = sum * scale * scale;
+                    out->covariance[i][j] += pixel_by_warp[i][v] * all[v][w] * pixel_by_warp[j][w];
         }
     out->blur = f->blur;
     out->contrast = f->level[3] - f->level[0];
