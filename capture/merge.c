@@ -8,10 +8,12 @@
  * with v_f at the estimate itself, not at the noisy d_f, which would favour low values: it starts
  * from sum d_f / sum t_f, what photon noise alone asks for, and two rounds settle it.
  *
- * Whether a frame is used must not depend on its own noise either, or bright photosites would
- * come out too dark: the shorter frames predict it, and it is used where the prediction is 4
- * standard deviations below saturation and the frame is not at the pile of saturated values.
- * Only the shortest frame is judged by itself.
+ * Whether a frame is used must not depend on noise that the estimate shares, or bright photosites
+ * would come out too dark or too bright. The sum of a frame and all shorter ones, as a rate, is
+ * independent of how they differ, and so of what the frame would change (for photon noise it is
+ * the sufficient statistic): a frame is used where that rate predicts it 4 standard deviations
+ * below saturation, and it is not at the pile of saturated values. The shortest frame is judged
+ * by the pile alone.
  *
  * M. Granados et al., "Optimal HDR reconstruction with linear digital cameras", CVPR 2010;
  * S. W. Hasinoff et al., "Noise-optimal capture for high dynamic range photography", CVPR 2010.
@@ -73,14 +75,13 @@ static void choose_frames(float *restrict sum, float *restrict used, const struc
         sum[i] = used[i] = 0;
     for (int f = 0; f < frames; f++) {
         const uint16_t *restrict v = dn[f] + from;
-        float predict = total > 0 ? (float)(time[f] / total) : 0, before = (float)f;
+        float share = f > 0 ? (float)(time[f] / (total + time[f])) : 0, before = (float)f;
         for (int i = 0; i < count; i++) {
-            float serves =
-                (used[i] == before) & (sum[i] * predict < safe[i]) & ((float)v[i] < usable[i])
-                    ? 1.0f
-                    : 0.0f;
-            sum[i] += serves * ((float)v[i] - black[i]);
-            used[i] += serves;
+            float d = (float)v[i] - black[i];
+            bool serves =
+                (used[i] == before) & ((sum[i] + d) * share < safe[i]) & ((float)v[i] < usable[i]);
+            sum[i] += serves ? d : 0;
+            used[i] += serves ? 1 : 0;
         }
         total += time[f];
     }
