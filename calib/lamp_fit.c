@@ -185,7 +185,7 @@ static bool observe(struct observation *o, const struct facet *f, const struct c
     vec3 to_lamp = vec3_normalize(vec3_sub(at, f->point));
     vec3 to_eye = vec3_normalize(vec3_sub(eye, f->point));
     bool board = f->material != MATERIAL_SAMPLE;
-    if (vec3_dot(to_lamp, f->normal) < (board ? 0.05 : COS_MIN)
+    if (!f->bright || vec3_dot(to_lamp, f->normal) < (board ? 0.05 : COS_MIN)
         || vec3_dot(to_eye, f->normal) < (board ? 0.05 : COS_MIN))
         return false;
     if (board && cal_sample_between(&c->sample, f->point, at, SHADOW_MM))
@@ -362,7 +362,7 @@ static void start_values(struct state *s, const struct calibration *c,
     }
     for (int i = 0; i < sample->count; i++) {
         const struct facet *f = &sample->facet[i];
-        if (++samples)
+        if (f->bright && ++samples)
             for (int k = 0; k < 3; k++)
                 albedo[k] += (f->log_value[k] - log_light(f, c)
                               - s->log_intensity[c->view[f->view].light][k] - albedo[k])
@@ -388,7 +388,8 @@ static double mean_power(const struct state *s, const struct calibration *c, int
 }
 
 /** sigma is [number], in the order of add_parameters. */
-static void keep(struct calibration *c, const struct state *s, const double *sigma)
+static void keep(struct calibration *c, const struct state *s, bool with_sample,
+                 const double *sigma)
 {
     const double *of_intensity = sigma + 3 * c->lamps, *of_power = sigma + 6 * c->lamps;
     for (int l = 0; l < c->lamps; l++) {
@@ -408,6 +409,11 @@ static void keep(struct calibration *c, const struct state *s, const double *sig
     }
     for (int k = 0; k < c->cameras; k++)
         memcpy(c->camera[k].vignetting, s->vignetting[k], sizeof c->camera[k].vignetting);
+    for (int k = 0; k < 3; k++)
+        c->surroundings.paper[k] = CAP_PI * exp(s->log_paper[k]);
+    c->surroundings.has_lobe = with_sample;
+    if (with_sample)
+        cal_lobe_tabulate(&c->surroundings.lobe, s->lobe);
 }
 
 /** One solution from the facets that the present lamps light. */
@@ -449,7 +455,7 @@ static enum status solve(struct calibration *c, struct state *s, const struct ca
     }
     status = cal_sandwich(sigma, &problem, cluster, c->views, err);
     if (!status)
-        keep(c, s, sigma);
+        keep(c, s, sample->count > 0, sigma);
 done:
     free(sigma);
     free(cluster);

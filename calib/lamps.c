@@ -1,5 +1,6 @@
 /* lamps.c -- all lamps of a merged capture: collect facets, start, fit the board, fit everything.
  */
+#include "board_light.h"
 #include "lamp.h"
 #include "view_map.h"
 
@@ -7,6 +8,8 @@
 #include <string.h>
 
 // A few thousand facets tell all there is to tell; more views need fewer of each.
+enum { BOUNCE_ROUNDS = 3 };
+static const double EXTRA_MAX = 0.5, EXTRA_SIGMA = 0.1;
 enum { SAMPLE_FACETS = 9000, VIEW_FACETS_MAX = 600, VIEW_FACETS_MIN = 60 };
 
 /** Facets of one view. */
@@ -129,6 +132,57 @@ static enum status name_lamps(struct calibration *c, const struct capture *captu
     return STATUS_OK;
 }
 
+/** Take from a facet what does not come from the lamp itself; what is left is less sure by a
+ *  tenth of that. A facet that owes most of its radiance to others says nothing (sigma huge). */
+static void correct_facet(struct facet *f, const struct calibration *c,
+                          const struct capture *capture)
+{
+    const struct view *view = &c->view[f->view];
+    vec3 eye = cal_eye(view->view_from_world);
+    vec3 at = cal_lamp_position(&c->lamp[view->light], view->view_from_world);
+    double extra[3];
+    if (!f->bright || vec3_dot(vec3_sub(at, f->point), f->normal) <= 0)
+        return;  // not lit: no use
+    if (f->material == MATERIAL_SAMPLE)
+        cal_bounce(c, f->view, f->point, f->normal, vec3_normalize(vec3_sub(eye, f->point)), extra);
+    else
+        cal_sample_light(c, f->view, f->point, f->normal, extra);
+    for (int k = 0; k < 3; k++) {
+        double albedo = f->material == MATERIAL_SAMPLE ? 1
+                        : f->material == MATERIAL_PAPER
+                            ? c->surroundings.paper[k]
+                            : capture->patch[f->material - MATERIAL_PATCH].albedo;
+        double part = extra[k] * albedo / exp(f->log_seen[k]);
+        if (part > EXTRA_MAX) {
+            f->sigma[k] = 1e3;
+            continue;
+        }
+        f->log_value[k] = f->log_seen[k] + log1p(-part);
+        f->sigma[k] = hypot(f->sigma_seen[k], EXTRA_SIGMA * part / (1 - part));
+    }
+}
+
+/** Measure the light that goes between board and sample, take it out, and fit again: each round
+ *  knows it ten times better. */
+static enum status fit_without_bounces(struct calibration *c, const struct capture *capture,
+                                       struct facets *board, struct facets *sample, const char *out,
+                                       struct run *run, struct error *err)
+{
+    enum status status = STATUS_OK;
+    for (int round = 0; round < BOUNCE_ROUNDS && !status; round++) {
+        status = cal_board_light(c, capture, out, run, err);
+        if (!status)
+            status = cal_board_light_strength(c, sample, run, err);
+#pragma omp parallel for schedule(static) num_threads(run->threads) if (!status)
+        for (int i = 0; i < board->count + sample->count; i++)
+            correct_facet(i < board->count ? &board->facet[i] : &sample->facet[i - board->count], c,
+                          capture);
+        if (!status)
+            status = cal_lamp_fit(c, capture, board, sample, err);
+    }
+    return status;
+}
+
 enum status cal_lamps_find(struct calibration *c, const struct capture *capture, const char *out,
                            struct run *run, struct error *err)
 {
@@ -150,6 +204,8 @@ enum status cal_lamps_find(struct calibration *c, const struct capture *capture,
         status = cal_lamp_fit(c, capture, &board, &none, err);
     if (!status && sample.count)
         status = cal_lamp_fit(c, capture, &board, &sample, err);
+    if (!status && sample.count)
+        status = fit_without_bounces(c, capture, &board, &sample, out, run, err);
     free(board.facet);
     free(sample.facet);
     return status;

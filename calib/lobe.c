@@ -151,3 +151,43 @@ void cal_lobe_priors(const double coefficient[LOBE_SIZE], double residual[LOBE_P
     row = spline_priors(row, coefficient, AT_G, LOBE_G, 0, SMOOTH_G, residual, jacobian);
     assert(row <= LOBE_PRIORS);
 }
+
+/* ---- the same, fast
+ * ------------------------------------------------------------------------------ */
+
+/** Axes of the tables, all in [0, 1]: theta_h on sqrt(1 - cos), which is straight at the peak;
+ *  cosines as they are. */
+void cal_lobe_tabulate(struct lobe_table *table, const double coefficient[LOBE_SIZE])
+{
+    for (int c = 0; c < 3; c++)
+        table->diffuse[c] = (float)exp(coefficient[c]);
+    for (int k = 0; k <= LOBE_TABLE; k++) {
+        double u = (double)k / LOBE_TABLE, cos_h = fmax(1 - u * u, 0.01), cosine = fmax(u, 0.01);
+        struct basis h = spline_h(cos_h), d = spline_angle(u, LOBE_D);
+        struct basis g = spline_angle(cosine, LOBE_G);
+        table->distribution[k] = (float)exp(evaluate(&h, coefficient + AT_H));
+        table->shadowing[k] = (float)exp(evaluate(&g, coefficient + AT_G));
+        for (int c = 0; c < 3; c++)
+            table->fresnel[c][k] = (float)exp(evaluate(&d, coefficient + AT_D + c * LOBE_D));
+    }
+}
+
+static double look_up(const float *table, double u)
+{
+    double x = u * LOBE_TABLE;
+    int i = (int)x;
+    if (i >= LOBE_TABLE)
+        return (double)table[LOBE_TABLE];
+    double t = x - i;
+    return table[i] + t * ((double)table[i + 1] - table[i]);
+}
+
+void cal_lobe_lookup(const struct lobe_table *table, double cos_i, double cos_o, double cos_h,
+                     double cos_d, double f[3])
+{
+    double shared = look_up(table->distribution, sqrt(fmax(1 - cos_h, 0)))
+                    * look_up(table->shadowing, clamp01(cos_i))
+                    * look_up(table->shadowing, clamp01(cos_o));
+    for (int c = 0; c < 3; c++)
+        f[c] = table->diffuse[c] + shared * look_up(table->fresnel[c], clamp01(cos_d));
+}

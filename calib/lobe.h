@@ -2,7 +2,7 @@
 #ifndef GONIOCAM_LOBE_H
 #define GONIOCAM_LOBE_H
 
-#include "capture.h"
+#include "calib.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -33,6 +33,9 @@ void cal_lobe_start(double coefficient[LOBE_SIZE], const double albedo[3]);
  *  jacobian [LOBE_PRIORS][LOBE_SIZE] or NULL. */
 void cal_lobe_priors(const double coefficient[LOBE_SIZE], double residual[LOBE_PRIORS],
                      double *jacobian);
+
+/** Fill a table with the lobe of these coefficients. */
+void cal_lobe_tabulate(struct lobe_table *table, const double coefficient[LOBE_SIZE]);
 
 #ifdef __cplusplus
 }

@@ -50,19 +50,24 @@ static void sums_add(struct sums *s, const struct radiance *map, int x, int y, d
     s->count++;
 }
 
-/** Means and sigmas; false: too few photosites, too dark, or more spread than one material has. */
+/** Means and sigmas; false: no photosites, or more spread than one material has. */
 static bool sums_facet(const struct sums *s, double spread_max, struct facet *facet)
 {
     if (s->count < 1)
         return false;
+    facet->bright = true;
     for (int c = 0; c < 3; c++) {
         double n = s->count, mean = s->value[c] / n, noise = s->variance[c] / n;
         double scatter = s->square[c] / n - mean * mean;
-        if (!(mean > 0) || sqrt(noise / n) * SNR_MIN > mean
-            || scatter > noise * 4 + spread_max * spread_max * mean * mean)
+        if (scatter > noise * 4 + spread_max * spread_max * mean * mean)
             return false;
-        facet->log_value[c] = log(mean);
-        facet->sigma[c] = sqrt(fmax(noise, scatter) / n) / mean;
+        facet->mean[c] = mean;
+        facet->noise[c] = sqrt(fmax(noise, scatter) / n);
+        facet->bright = facet->bright && facet->noise[c] * SNR_MIN < mean;
+    }
+    for (int c = 0; c < 3 && facet->bright; c++) {
+        facet->log_value[c] = facet->log_seen[c] = log(facet->mean[c]);
+        facet->sigma[c] = facet->sigma_seen[c] = facet->noise[c] / facet->mean[c];
     }
     facet->pixel[0] = s->pixel[0] / s->count;
     facet->pixel[1] = s->pixel[1] / s->count;
@@ -222,7 +227,7 @@ static enum status paper_facets(struct facets *facets, const struct radiance *ma
     for (int k = 0; k < 4; k++) {
         const struct sums *s = &quarter[k];
         struct facet facet = {.view = v, .material = MATERIAL_PAPER, .normal = normal};
-        if (s->count < SITES_MIN || !sums_facet(s, SPREAD_MAX, &facet))
+        if (s->count < SITES_MIN || !sums_facet(s, SPREAD_MAX, &facet) || !facet.bright)
             continue;
         double right = (s->place[0] / s->count - 0.5) * place->size;
         double up = (s->place[1] / s->count - 0.5) * place->size;
@@ -282,7 +287,7 @@ static enum status patch_facets(struct facets *facets, const struct radiance *ma
     double reach = vec3_length(vec3_sub(patch->corner[2], patch->corner[0])) / PATCH_FACETS / 2;
     for (int k = 0; k < PATCH_FACETS * PATCH_FACETS; k++) {
         struct facet facet = {.view = v, .material = material, .normal = normal};
-        if (sums[k].count < SITES_MIN || !sums_facet(&sums[k], SPREAD_MAX, &facet))
+        if (sums[k].count < SITES_MIN || !sums_facet(&sums[k], SPREAD_MAX, &facet) || !facet.bright)
             continue;
         facet.point =
             on_patch(patch, sums[k].place[0] / sums[k].count, sums[k].place[1] / sums[k].count);
@@ -356,8 +361,9 @@ static bool sample_block(const struct radiance *map, int x, int y, int side, str
     // A geometry wrong by a tenth of a photosite moves radiance by that part of its slope; and a
     // block's mean differs from its middle by a part of the spread.
     double spread = (s.high - s.low) / (0.5 * (s.high + s.low));
-    for (int c = 0; c < 3; c++)
-        facet->sigma[c] = hypot(facet->sigma[c], 0.1 * spread / side + 0.05 * spread);
+    for (int c = 0; c < 3 && facet->bright; c++)
+        facet->sigma[c] = facet->sigma_seen[c] =
+            hypot(facet->sigma[c], 0.1 * spread / side + 0.05 * spread);
     return true;
 }
 

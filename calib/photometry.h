@@ -15,10 +15,14 @@ enum { MATERIAL_SAMPLE, MATERIAL_PAPER, MATERIAL_PATCH };
 /** A small piece of a lit surface in one view, averaged over many photosites. */
 struct facet {
     int view, material;
-    vec3 point, normal;   // world
-    double pixel[2];      // its middle
-    double log_value[3];  // ln radiance
-    double sigma[3];      // of log_value: noise, and what averaging over the facet may cost
+    vec3 point, normal;        // world
+    double pixel[2];           // its middle
+    double mean[3], noise[3];  // radiance and its standard deviation
+    bool bright;               // enough above noise for a logarithm: else what follows is not set
+    double log_seen[3];        // ln radiance, as photographed
+    double sigma_seen[3];      // of log_seen: noise, and what averaging over the facet may cost
+    double log_value[3];       // ln of the part of it that is the lamp's own light
+    double sigma[3];           // of log_value
 };
 /** A growing list of facets; {0} is empty; free(list.facet). */
 struct facets {
@@ -32,8 +36,7 @@ enum status cal_board_facets(struct facets *facets, const struct radiance *map,
                              const struct calibration *calibration, int view,
                              const struct capture *capture, const struct tag_family *family,
                              struct error *err);
-/** Append about `wanted` facets of the sample (a sphere) in a view, lit or not, as far as they are
- *  well above noise. */
+/** Append about `wanted` facets of the sample (a sphere) in a view, lit or not. */
 enum status cal_sample_facets(struct facets *facets, const struct radiance *map,
                               const struct calibration *calibration, int view, int wanted,
                               struct error *err);

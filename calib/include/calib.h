@@ -70,6 +70,36 @@ struct sample {
     int outline_edges;
 };
 
+/** A first guess of the sample's reflectance, good to a few per cent: tables of the flexible lobe
+ *  that finds the lamps (lobe.c). Enough to say what the board's light does to it. */
+enum { LOBE_TABLE = 2048 };
+struct lobe_table {
+    float diffuse[3], distribution[LOBE_TABLE + 1], shadowing[LOBE_TABLE + 1];
+    float fresnel[3][LOBE_TABLE + 1];
+};
+/** f [3] in 1/sr for the cosines of wi, wo and h with the normal, and of wi with h. */
+void cal_lobe_lookup(const struct lobe_table *table, double cos_i, double cos_o, double cos_h,
+                     double cos_d, double f[3]);
+
+/** A square piece of lit board: it shines on the sample. Its sides are x and normal cross x. */
+struct glow {
+    vec3 point, normal, x;
+    double side;
+    double radiance[3];  // under one lamp with power 1
+};
+/** What shines on the sample besides the lamps. Not in calibration.yaml: only photographs hold it.
+ */
+struct surroundings {
+    struct glow *glow;  // [lamps][count]
+    int count;
+    double paper[3];  // albedo of the tags' paper
+    // What of the light that geometry and board predict is there, by the sample's night side, which
+    // nothing else lights: 1, but for room light (more) and renderings of direct light alone (0).
+    double strength, sigma_strength;
+    bool has_lobe;
+    struct lobe_table lobe;
+};
+
 /** What calibrate finds, and calibration.yaml holds. Owns everything below it; {0} is empty;
  *  release with cal_calibration_free(). */
 struct calibration {
@@ -78,7 +108,14 @@ struct calibration {
     struct lamp *lamp;
     struct sample sample;
     int cameras, views, lamps;
+    struct surroundings surroundings;
 };
+
+/** Radiance [3] that the lit board adds, through the sample's reflectance, to what a view sees of
+ *  the sample at a point with a unit normal in the unit direction wo. 0 where no surroundings are
+ *  known (a calibration that was read from a file). */
+void cal_bounce(const struct calibration *calibration, int view, vec3 point, vec3 normal, vec3 wo,
+                double radiance[3]);
 
 void cal_calibration_free(struct calibration *calibration);
 /** calibration.yaml. On success the caller owns *calibration; on failure it is untouched.

@@ -1,0 +1,410 @@
+/* board_light.c -- the lit board as a lamp, and the light that goes between it and the sample.
+ *
+ * Method.   The board's planes are cut into cells. A photograph shows the radiance of each, lit by
+ *           the lamp, shaded by the sample, with all light that bounces; of the views of a lamp
+ *           the median is kept (what stands before a cell in one view stands elsewhere in another).
+ *           A cell that no view of a lamp shows gets its albedo under other lamps. The board
+ *           is matte: each cell of area A and radiance B adds at a point p of the sample
+ *
+ *               L(wo) = sum f(w, wo) B A (n.w) (m.-w) / d^2,      w towards the cell, m its normal
+ *
+ * Accuracy. One bounce off the board, with every bounce before it (it is in the photographs).
+ *           Cells are a fiftieth of the board: fine for lobes wider than a few degrees.
+ */
+#include "board_light.h"
+#include "view_map.h"
+
+#include <float.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { CELLS_ACROSS = 50, POINTS_MAX = 6, SAMPLE_POINTS = 400, NIGHT_FACETS = 30 };
+static const double MARGIN = 0.12;      // of the tags' extent: the board goes on beyond them
+static const double FLAT = 0.1;         // cosine: a view flatter than this measures no cell
+static const double SAME_PLANE_MM = 1;  // tags this near a plane are on it
+static const double NIGHT = 0.15;       // sine of the lamp's height below a night facet's horizon
+static const double SNR_NIGHT = 5;      // of the light that is due there, for its ratio to count
+static const double MODEL = 0.05;       // what the lobe and the cells leave, relative
+static const double UNTOLD = 0.15;      // sigma of the strength where no night side is seen
+
+/** A rectangle of board. */
+struct plane {
+    vec3 origin, x, y, normal;
+    double low[2], high[2];  // along x and y
+};
+
+/** Cells, and what each view shows of them: [views][cells][3], NAN: nothing. */
+struct survey {
+    struct glow *cell;  // [cells]; radiance not used
+    int cells;
+    float *seen;
+};
+
+/* ---- planes and cells ---------------------------------------------------------------------------
+ */
+
+static void include_tag(struct plane *p, const struct tag_place *tag)
+{
+    for (int k = 0; k < 4; k++) {
+        vec3 d = vec3_sub(cap_tag_corner(tag, k), p->origin);
+        double at[2] = {vec3_dot(d, p->x), vec3_dot(d, p->y)};
+        for (int a = 0; a < 2; a++) {
+            p->low[a] = fmin(p->low[a], at[a]);
+            p->high[a] = fmax(p->high[a], at[a]);
+        }
+    }
+}
+
+static bool on_plane(const struct plane *p, const struct tag_place *tag)
+{
+    vec3 normal = vec3_cross(tag->x_axis, tag->y_axis);
+    return vec3_dot(normal, p->normal) > 0.999
+           && fabs(vec3_dot(vec3_sub(tag->center, p->origin), p->normal)) < SAME_PLANE_MM;
+}
+
+/** The planes that the tags lie on: [capture->tags] of room; their number. */
+static int find_planes(struct plane *plane, const struct capture *capture)
+{
+    int planes = 0;
+    for (int i = 0; i < capture->tags; i++) {
+        const struct tag_place *tag = &capture->tag[i];
+        int p = 0;
+        while (p < planes && !on_plane(&plane[p], tag))
+            p++;
+        if (p == planes)
+            plane[planes++] = (struct plane){.origin = tag->center,
+                                             .x = tag->x_axis,
+                                             .y = tag->y_axis,
+                                             .normal = vec3_cross(tag->x_axis, tag->y_axis),
+                                             .low = {DBL_MAX, DBL_MAX},
+                                             .high = {-DBL_MAX, -DBL_MAX}};
+        include_tag(&plane[p], tag);
+    }
+    return planes;
+}
+
+static enum status cut_cells(struct survey *survey, const struct plane *plane, int planes,
+                             struct error *err)
+{
+    for (int p = 0; p < planes; p++) {
+        double size[2], margin = 0;
+        int n[2];
+        for (int a = 0; a < 2; a++)
+            margin = fmax(margin, MARGIN * (plane[p].high[a] - plane[p].low[a]));
+        for (int a = 0; a < 2; a++)
+            size[a] = plane[p].high[a] - plane[p].low[a] + 2 * margin;
+        double side = fmax(size[0], size[1]) / CELLS_ACROSS;
+        for (int a = 0; a < 2; a++)
+            n[a] = (int)ceil(size[a] / side);
+        size_t cells = (size_t)survey->cells + (size_t)n[0] * (size_t)n[1];
+        struct glow *grown = realloc(survey->cell, cells * sizeof *grown);
+        if (!grown)
+            return cap_fail(err, STATUS_MEMORY, "%zu cells of the board", cells);
+        survey->cell = grown;
+        for (int j = 0; j < n[1]; j++)
+            for (int i = 0; i < n[0]; i++) {
+                double x = plane[p].low[0] - margin + (i + 0.5) * side;
+                double y = plane[p].low[1] - margin + (j + 0.5) * side;
+                vec3 at = vec3_add(plane[p].origin,
+                                   vec3_add(vec3_scale(plane[p].x, x), vec3_scale(plane[p].y, y)));
+                survey->cell[survey->cells++] = (struct glow){
+                    .point = at, .normal = plane[p].normal, .x = plane[p].x, .side = side};
+            }
+    }
+    return STATUS_OK;
+}
+
+/* ---- what the photographs show
+ * -------------------------------------------------------------------- */
+
+/** Mean radiance of a cell in a map; false: outside, hidden, too flat, or without numbers. */
+static bool look_at_cell(float mean[3], const struct glow *cell, const struct radiance *map,
+                         const struct calibration *c, const struct view *view, vec3 eye)
+{
+    const struct camera *camera = &c->camera[view->camera];
+    vec3 to_eye = vec3_sub(eye, cell->point);
+    double distance = vec3_length(to_eye);
+    if (vec3_dot(to_eye, cell->normal) < FLAT * distance
+        || cal_sample_between(&c->sample, eye, cell->point, 2 + cell->side))
+        return false;
+    vec3 y = vec3_cross(cell->normal, cell->x);
+    int points = (int)(cell->side * camera->focal[0] / distance) + 1;
+    points = points > POINTS_MAX ? POINTS_MAX : points;
+    double sum[3] = {0};
+    for (int k = 0; k < points * points; k++) {
+        double a = ((k % points + 0.5) / points - 0.5) * cell->side;
+        int row = k / points;
+        double b = ((row + 0.5) / points - 0.5) * cell->side, pixel[2];
+        vec3 p = vec3_add(cell->point, vec3_add(vec3_scale(cell->x, a), vec3_scale(y, b)));
+        cal_project(camera, cal_to_view(view->view_from_world, p), pixel);
+        if (!(pixel[0] > -0.5 && pixel[1] > -0.5 && pixel[0] < map->width - 0.5
+              && pixel[1] < map->height - 0.5))
+            return false;
+        size_t at = 3 * ((size_t)(pixel[1] + 0.5) * (size_t)map->width + (size_t)(pixel[0] + 0.5));
+        for (size_t k3 = 0; k3 < 3; k3++)
+            sum[k3] += map->value[at + k3];
+    }
+    for (int k = 0; k < 3; k++)
+        mean[k] = (float)(sum[k] / (points * points));
+    return true;
+}
+
+/** One view's row of the survey: radiance for power 1, vignetting taken out. */
+static enum status look(struct survey *s, const struct calibration *c, int v, const char *out,
+                        struct error *err)
+{
+    const struct view *view = &c->view[v];
+    struct radiance map = {0};
+    enum status status = cal_view_map(&map, out, view, err);
+    float *row = s->seen + 3 * (size_t)v * (size_t)s->cells;
+    vec3 eye = cal_eye(view->view_from_world);
+    for (int i = 0; !status && i < s->cells; i++) {
+        double pixel[2];
+        if (!look_at_cell(row + 3 * (size_t)i, &s->cell[i], &map, c, view, eye)) {
+            row[3 * (size_t)i] = NAN;
+            continue;
+        }
+        cal_project(&c->camera[view->camera], cal_to_view(view->view_from_world, s->cell[i].point),
+                    pixel);
+        double scale = 1 / (view->power * cal_vignetting(&c->camera[view->camera], pixel));
+        for (int k = 0; k < 3; k++)
+            row[3 * (size_t)i + (size_t)k] *= (float)scale;
+    }
+    cap_radiance_free(&map);
+    return status;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+/** Median over the views of a lamp of one channel of a cell; NAN: none shows it. */
+static double median_seen(const struct survey *s, const struct calibration *c, int lamp, int cell,
+                          int channel, float *work)
+{
+    int n = 0;
+    for (int v = 0; v < c->views; v++) {
+        const float *seen = s->seen + 3 * ((size_t)v * (size_t)s->cells + (size_t)cell);
+        if (c->view[v].light == lamp && !isnan(seen[0]))
+            work[n++] = seen[channel];
+    }
+    if (n == 0)
+        return NAN;
+    qsort(work, (size_t)n, sizeof *work, by_value);
+    return 0.5 * ((double)work[(n - 1) / 2] + work[n / 2]);
+}
+
+/** cos/r^2 of a fixed lamp at a cell; 0 where the sample or the board's own back shades it. */
+static double lamp_on_cell(const struct calibration *c, int lamp, const struct glow *cell)
+{
+    const struct lamp *l = &c->lamp[lamp];
+    vec3 to = vec3_sub(l->position, cell->point);
+    double r = vec3_length(to), cosine = vec3_dot(to, cell->normal) / r;
+    if (l->on_camera || cosine <= 0 || cal_sample_between(&c->sample, cell->point, l->position, 0))
+        return 0;
+    return cosine / (r * r);
+}
+
+/** Cells that no view of a lamp shows: their albedo under other lamps times this lamp's light. */
+static void fill_unseen(struct surroundings *s, const struct calibration *c)
+{
+    for (int l = 0; l < c->lamps; l++)
+        for (int i = 0; i < s->count; i++) {
+            struct glow *cell = &s->glow[(size_t)l * (size_t)s->count + (size_t)i];
+            if (!isnan(cell->radiance[0]))
+                continue;
+            memset(cell->radiance, 0, sizeof cell->radiance);
+            double here = lamp_on_cell(c, l, cell);
+            for (int m = 0; m < c->lamps && here > 0; m++) {
+                const struct glow *other = &s->glow[(size_t)m * (size_t)s->count + (size_t)i];
+                double there = lamp_on_cell(c, m, other);
+                if (m == l || there <= 0 || isnan(other->radiance[0]))
+                    continue;
+                for (int k = 0; k < 3; k++)
+                    cell->radiance[k] = other->radiance[k] * here * c->lamp[l].intensity[k]
+                                        / (there * c->lamp[m].intensity[k]);
+                break;
+            }
+        }
+}
+
+static enum status summarise(struct surroundings *to, const struct survey *s,
+                             const struct calibration *c, struct error *err)
+{
+    float *work = calloc((size_t)c->views, sizeof *work);
+    to->glow = calloc((size_t)c->lamps * (size_t)s->cells, sizeof *to->glow);
+    to->count = s->cells;
+    if (!work || !to->glow) {
+        free(work);
+        return cap_fail(err, STATUS_MEMORY, "%d cells under %d lamps", s->cells, c->lamps);
+    }
+    for (int l = 0; l < c->lamps; l++)
+        for (int i = 0; i < s->cells; i++) {
+            struct glow *cell = &to->glow[(size_t)l * (size_t)s->cells + (size_t)i];
+            *cell = s->cell[i];
+            for (int k = 0; k < 3; k++) {
+                double median = median_seen(s, c, l, i, k, work);
+                cell->radiance[k] = isnan(median) ? NAN : fmax(median, 0);
+            }
+        }
+    fill_unseen(to, c);
+    free(work);
+    return STATUS_OK;
+}
+
+enum status cal_board_light(struct calibration *c, const struct capture *capture, const char *out,
+                            struct run *run, struct error *err)
+{
+    struct survey survey = {0};
+    struct surroundings found = {0};
+    struct plane *plane = calloc((size_t)capture->tags + 1, sizeof *plane);
+    enum status status = plane ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "planes");
+    if (!status)
+        status = cut_cells(&survey, plane, find_planes(plane, capture), err);
+    if (!status) {
+        survey.seen = calloc(3 * (size_t)survey.cells * (size_t)c->views, sizeof *survey.seen);
+        if (!survey.seen)
+            status = cap_fail(err, STATUS_MEMORY, "%d cells in %d views", survey.cells, c->views);
+    }
+#pragma omp parallel for schedule(dynamic) num_threads(run->threads) if (!status)
+    for (int v = 0; v < c->views; v++) {
+        struct error own = {0};
+        enum status s = status ? status : look(&survey, c, v, out, &own);
+        if (s && own.status) {
+#pragma omp critical(board_light_error)
+            status = cap_fail(err, s, "%s", own.text);
+        }
+    }
+    if (!status)
+        status = summarise(&found, &survey, c, err);
+    if (!status) {
+        free(c->surroundings.glow);
+        c->surroundings.glow = found.glow;
+        c->surroundings.count = found.count;
+    } else {
+        free(found.glow);
+    }
+    free(plane);
+    free(survey.cell);
+    free(survey.seen);
+    return status;
+}
+
+/* ---- is it there? ---------------------------------------------------------------------------- */
+
+static int by_double(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/** Does the lamp stand well below the facet's horizon, and the camera well above? */
+static bool at_night(const struct facet *f, const struct calibration *c, vec3 *wo)
+{
+    const struct view *view = &c->view[f->view];
+    vec3 at = cal_lamp_position(&c->lamp[view->light], view->view_from_world);
+    vec3 to_lamp = vec3_normalize(vec3_sub(at, f->point));
+    *wo = vec3_normalize(vec3_sub(cal_eye(view->view_from_world), f->point));
+    return vec3_dot(to_lamp, f->normal) < -NIGHT && vec3_dot(*wo, f->normal) > 2 * NIGHT;
+}
+
+/** Seen over due radiance of a night facet; NAN where too little is due to tell. */
+static double night_ratio(const struct facet *f, const struct calibration *c)
+{
+    double light[3], seen = 0, due = 0, noise = 0;
+    vec3 wo;
+    if (!at_night(f, c, &wo))
+        return NAN;
+    cal_bounce(c, f->view, f->point, f->normal, wo, light);
+    for (int k = 0; k < 3; k++) {
+        seen += f->mean[k];
+        due += light[k];
+        noise += f->noise[k] * f->noise[k];
+    }
+    return due > SNR_NIGHT * sqrt(noise) ? seen / due : NAN;
+}
+
+enum status cal_board_light_strength(struct calibration *c, const struct facets *sample,
+                                     struct run *run, struct error *err)
+{
+    struct surroundings *s = &c->surroundings;
+    double *ratio = calloc((size_t)sample->count + 1, sizeof *ratio);
+    if (!ratio)
+        return cap_fail(err, STATUS_MEMORY, "%d facets", sample->count);
+    s->strength = 1;
+#pragma omp parallel for schedule(dynamic, 64) num_threads(run->threads)
+    for (int i = 0; i < sample->count; i++)
+        ratio[i] = night_ratio(&sample->facet[i], c);
+    int n = 0;
+    for (int i = 0; i < sample->count; i++)
+        if (!isnan(ratio[i]))
+            ratio[n++] = ratio[i];
+    s->sigma_strength = UNTOLD;
+    if (n >= NIGHT_FACETS) {
+        qsort(ratio, (size_t)n, sizeof *ratio, by_double);
+        s->strength = fmax(ratio[n / 2], 0);
+        // Half the quartiles' distance; and the errors of one view are one error.
+        double scatter = 0.74 * (ratio[3 * n / 4] - ratio[n / 4]);
+        s->sigma_strength = hypot(scatter / sqrt(c->views), MODEL * s->strength);
+    }
+    free(ratio);
+    return STATUS_OK;
+}
+
+/* ---- light between board and sample ---------------------------------------------------------- */
+
+void cal_bounce(const struct calibration *c, int view, vec3 point, vec3 normal, vec3 wo,
+                double radiance[3])
+{
+    memset(radiance, 0, sizeof(double[3]));
+    const struct surroundings *s = &c->surroundings;
+    if (s->count == 0 || !s->has_lobe)
+        return;
+    const struct glow *glow = s->glow + (size_t)c->view[view].light * (size_t)s->count;
+    double cos_o = vec3_dot(wo, normal), power = c->view[view].power * s->strength;
+    for (int i = 0; i < s->count; i++) {
+        vec3 to = vec3_sub(glow[i].point, point);
+        double up = vec3_dot(to, normal), down = -vec3_dot(to, glow[i].normal);
+        if (up <= 0 || down <= 0)
+            continue;
+        double r2 = vec3_dot(to, to), f[3];
+        vec3 wi = vec3_scale(to, 1 / sqrt(r2)), h = vec3_normalize(vec3_add(wi, wo));
+        cal_lobe_lookup(&s->lobe, up / sqrt(r2), cos_o, vec3_dot(h, normal), vec3_dot(wi, h), f);
+        double form = up * down * glow[i].side * glow[i].side / (r2 * r2) * power;
+        for (int k = 0; k < 3; k++)
+            radiance[k] += f[k] * glow[i].radiance[k] * form;
+    }
+}
+
+void cal_sample_light(const struct calibration *c, int view, vec3 point, vec3 normal,
+                      double radiance[3])
+{
+    memset(radiance, 0, sizeof(double[3]));
+    const struct sample *s = &c->sample;
+    if (!c->surroundings.has_lobe || s->shape != SHAPE_SPHERE)
+        return;
+    const struct lamp *lamp = &c->lamp[c->view[view].light];
+    vec3 at = cal_lamp_position(lamp, c->view[view].view_from_world);
+    double area = 4 * CAP_PI * s->radius * s->radius / SAMPLE_POINTS;
+    double power = c->view[view].power * c->surroundings.strength;
+    for (int i = 0; i < SAMPLE_POINTS; i++) {  // a Fibonacci spiral: equal areas
+        double z = 1 - (2 * i + 1.0) / SAMPLE_POINTS, turn = i * 2.399963229728653;
+        double flat = sqrt(1 - z * z);
+        vec3 n = {flat * cos(turn), flat * sin(turn), z};
+        vec3 p = vec3_add(s->center, vec3_scale(n, s->radius));
+        vec3 to = vec3_sub(point, p), to_lamp = vec3_sub(at, p);
+        double out = vec3_dot(to, n), in = vec3_dot(to_lamp, n), down = -vec3_dot(to, normal);
+        if (out <= 0 || in <= 0 || down <= 0)
+            continue;
+        double r2 = vec3_dot(to, to), l2 = vec3_dot(to_lamp, to_lamp), f[3];
+        vec3 wi = vec3_scale(to_lamp, 1 / sqrt(l2)), wo = vec3_scale(to, 1 / sqrt(r2));
+        vec3 h = vec3_normalize(vec3_add(wi, wo));
+        cal_lobe_lookup(&c->surroundings.lobe, in / sqrt(l2), out / sqrt(r2), vec3_dot(h, n),
+                        vec3_dot(wi, h), f);
+        double form = in / (l2 * sqrt(l2)) * out * down * area / (r2 * r2) * power;
+        for (int k = 0; k < 3; k++)
+            radiance[k] += f[k] * lamp->intensity[k] * form / CAP_PI;
+    }
+}

@@ -1,0 +1,32 @@
+/* board_light.h -- the lit board as a lamp, and the light that goes between it and the sample.
+ * Internal to calib/. */
+#ifndef GONIOCAM_BOARD_LIGHT_H
+#define GONIOCAM_BOARD_LIGHT_H
+
+#include "calib.h"
+#include "lobe.h"
+#include "photometry.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Measure the board under each lamp from the photographs: fills calibration->surroundings. Needs
+ *  cameras, views with power, lamps and sample. Reads OUT/radiance/SHOT.exr. */
+enum status cal_board_light(struct calibration *calibration, const struct capture *capture,
+                            const char *out, struct run *run, struct error *err);
+
+/** How much of the predicted light is there: fills strength and its sigma from the sample's facets
+ *  that the lamp does not light. */
+enum status cal_board_light_strength(struct calibration *calibration, const struct facets *sample,
+                                     struct run *run, struct error *err);
+
+/** Radiance that the sample, lit by a view's lamp, adds to a matte surface of reflectance 1 at a
+ *  point with a normal: [3], to be multiplied by the surface's albedo. */
+void cal_sample_light(const struct calibration *calibration, int view, vec3 point, vec3 normal,
+                      double radiance[3]);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
