@@ -175,6 +175,26 @@ static double noise_scale(const struct bundle *b)
     return fmax(median / freedom, 1e-12);
 }
 
+// Half of a tag's weight is gone where chi^2 is five times its mean.
+static const double cauchy2 = 5 * CORNERS;
+
+// Variance of the tags' noise as the weights of the loss see it, where `scale` is the median's:
+// what a covariance needs, since long tails that the loss tames count by what it leaves of them.
+static double tamed_scale(const struct bundle *b, double scale)
+{
+    double sum = 0, weights = 0;
+    for (int i = 0; i < b->sightings; i++) {
+        const struct sighting *s = b->sighting + i;
+        double chi2 = s->rejected ? INFINITY : chi2_of(b, s) / scale;
+        double w = 1 / (1 + chi2 / cauchy2);  // 0 of infinity
+        sum += w > 0 ? w * chi2 : 0;
+        weights += w;
+    }
+    double unknowns = POSE * b->calibration->views + LENS_PARAMETERS * b->calibration->cameras;
+    double freedom = fmax(1 - unknowns / (CORNERS * (b->sightings + 1.0)), 0.1);
+    return weights > 0 ? scale * sum / weights / CORNERS / freedom : scale;
+}
+
 // Five deviations in each of the eight numbers: the loss deals with what is less.
 static const double outlier_chi2 = 25 * CORNERS;
 
@@ -249,7 +269,7 @@ static void set_parameters(struct workspace *w, const struct bundle *b)
 
 // One term a sighting; `scale` is the common variance of the noise.
 static enum status set_terms(struct workspace *w, const struct bundle *b, double scale,
-                             struct error *err)
+                             double cauchy, struct error *err)
 {
     int n = 0;
     for (int i = 0; i < b->sightings; i++) {
@@ -269,13 +289,11 @@ static enum status set_terms(struct workspace *w, const struct bundle *b, double
             return cap_fail(err, STATUS_SOLVER, "tag %d: covariance of its corners",
                             b->capture->tag[s->place].id);
         dense_whitener(CORNERS, l[0], t->whitener[0]);
-        w->ceres[n] =
-            (struct ceres_term){.evaluate = evaluate,
-                                .context = t,
-                                .residuals = CORNERS,
-                                .parameters = 2,
-                                // Half the weight is gone where chi^2 is 5 times its mean.
-                                .cauchy = sqrt(5.0 * CORNERS)};
+        w->ceres[n] = (struct ceres_term){.evaluate = evaluate,
+                                          .context = t,
+                                          .residuals = CORNERS,
+                                          .parameters = 2,
+                                          .cauchy = cauchy};
         w->ceres[n].parameter[0] = b->calibration->view[s->view].camera;
         w->ceres[n].parameter[1] = b->calibration->cameras + s->view;
         n++;
@@ -297,7 +315,7 @@ static void take_values(const struct bundle *b, const struct workspace *w)
 static enum status solve(struct bundle *b, struct workspace *w, double scale, struct error *err)
 {
     set_parameters(w, b);
-    enum status status = set_terms(w, b, scale, err);
+    enum status status = set_terms(w, b, scale, sqrt(cauchy2), err);
     if (!status)
         status = ceres_solve(&w->problem, err);
     if (!status)
@@ -389,13 +407,21 @@ static enum status settle(struct bundle *b, struct workspace *w, bool reject, do
     return status;
 }
 
+// Covariances of all unknowns, from the Jacobian without the loss, and the tamed noise.
+static enum status find_covariance(struct bundle *b, struct workspace *w, double scale,
+                                   struct error *err)
+{
+    enum status status = set_terms(w, b, tamed_scale(b, scale), 0, err);
+    return status ? status : ceres_covariance(&w->problem, err);
+}
+
 // Drop terms one by one; each time all is solved again, since the others answer for it.
 static enum status choose_terms(struct bundle *b, struct workspace *w, double *scale,
                                 struct error *err)
 {
     for (;;) {
         bool dropped = false;
-        enum status status = ceres_covariance(&w->problem, err);
+        enum status status = find_covariance(b, w, *scale, err);
         if (status)
             return status;
         for (int i = 0; i < b->calibration->cameras; i++)
