@@ -18,7 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BINS = 72, BIN_MIN = 200 };  // quarters of an octave; a variance of 200 is good to 10 %
+enum { BINS = 72, BIN_MIN = 50 };  // quarters of an octave; a variance of 50 is good to 20 %
 
 struct bin {
     double count, zeros, sum_z, sum, sum2;

@@ -59,6 +59,22 @@ struct band {
     bool read;
 };
 
+/* The band from row `top` on, with the frames that are not to be skipped. */
+static enum status try_band(struct band *band, const struct capture *capture,
+                            const struct shot *shot, const bool *skip, int top, int rows, int *bad)
+{
+    enum status status = bracket_open(&band->bracket, capture, shot, skip, rows, bad, NULL);
+    if (!status)
+        status = bracket_skip(&band->bracket, top, bad, NULL);
+    if (!status)
+        status = bracket_read(&band->bracket, rows, bad, NULL);
+    band->read = !status && band->bracket.frames > 0;
+    if (!band->read)
+        bracket_close(&band->bracket);
+    return status;
+}
+
+/* Damaged photographs are passed over; the merge tells about them. */
 static void read_band(struct band *band, const struct capture *capture, const struct shot *shot,
                       int index, int rows)
 {
@@ -67,11 +83,14 @@ static void read_band(struct band *band, const struct capture *capture, const st
     // Multiples of the golden ratio, modulo 1, spread evenly for any number of shots.
     double place = index * 0.6180339887498949;
     int top = (int)((place - floor(place)) * (height - rows + 1));
-    // A damaged photograph spoils the sample of its shot only; the merge tells about it.
-    if (bracket_open(&band->bracket, capture, shot, NULL, rows, NULL, NULL))
-        return;
-    band->read = bracket_skip(&band->bracket, top, NULL, NULL) == STATUS_OK
-                 && bracket_read(&band->bracket, rows, NULL, NULL) == STATUS_OK;
+    bool *skip = calloc((size_t)capture->photos, sizeof *skip);
+    for (bool again = skip != NULL; again;) {
+        int bad = -1;
+        again = try_band(band, capture, shot, skip, top, rows, &bad) != STATUS_OK && bad >= 0;
+        if (again)
+            skip[bad] = true;
+    }
+    free(skip);
 }
 
 static int read_bands(struct band *band, const struct capture *capture, int camera,
