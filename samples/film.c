@@ -7,6 +7,7 @@
  */
 #include "film.h"
 #include "pixel.h"
+#include "shade.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -19,23 +20,71 @@ static const double TOLERANCE = 2e-3;
 // Of the radiance of white under the lamp: the photon noise of a full well of 50000 is 4e-3.
 static const double FLOOR = 2e-5;
 
-/** A shot, ready for rays: what image_plane.look works on. */
-struct shot_view {
-    const struct world *world;
-    struct lighting light;
-    mat3 rotation;
-    vec3 eye;
+// ---- rays
+
+enum { NODES = 4 };
+/** The lens over one tile: undistorted coordinates at NODES x NODES places, between which they are
+ *  cubic. Newton's method would take half of a ray's time. Over 11 px between nodes the error is
+ *  1e-5 px at most for a lens of k = 1 and f = 500 px, less for any milder one. */
+struct tile_lens {
+    double x0, y0, step;  // pixel of the first node, pixels between nodes
+    double xy[NODES][NODES][2];
 };
+
+/** What image_plane.look works on. */
+struct tile {
+    const struct shot_view *view;
+    struct tile_lens lens;
+};
+
+static struct tile_lens tile_lens(const struct camera *camera, int x0, int y0)
+{
+    struct tile_lens lens = {x0 - 0.5, y0 - 0.5, (double)TILE / (NODES - 1), {{{0}}}};
+    for (int j = 0; j < NODES; j++)
+        for (int i = 0; i < NODES; i++) {
+            const double pixel[2] = {lens.x0 + i * lens.step, lens.y0 + j * lens.step};
+            vec3 d = cal_ray(camera, pixel);
+            lens.xy[j][i][0] = d.x / d.z;
+            lens.xy[j][i][1] = d.y / d.z;
+        }
+    return lens;
+}
+
+/** Lagrange's weights of four nodes at 0, 1, 2, 3. */
+static void weights(double t, double w[NODES])
+{
+    double a = t - 1, b = t - 2, c = t - 3;
+    w[0] = -a * b * c / 6;
+    w[1] = t * b * c / 2;
+    w[2] = -t * a * c / 2;
+    w[3] = t * a * b / 6;
+}
+
+static vec3 direction(const struct tile_lens *lens, double x, double y)
+{
+    double wx[NODES], wy[NODES], sum[2] = {0, 0};
+    weights((x - lens->x0) / lens->step, wx);
+    weights((y - lens->y0) / lens->step, wy);
+    for (int j = 0; j < NODES; j++)
+        for (int k = 0; k < 2; k++)
+            sum[k] += wy[j]
+                      * (wx[0] * lens->xy[j][0][k] + wx[1] * lens->xy[j][1][k]
+                         + wx[2] * lens->xy[j][2][k] + wx[3] * lens->xy[j][3][k]);
+    return vec3_normalize((vec3){sum[0], sum[1], 1});
+}
 
 static struct sight look(const void *scene, double x, double y, int shade)
 {
-    const struct shot_view *view = scene;
-    const double pixel[2] = {x, y};
-    vec3 direction = mat3_mul_t(&view->rotation, cal_ray(&view->world->scene->camera, pixel));
-    struct spot spot = sam_spot(view->world, (struct ray){view->eye, direction}, &view->light);
-    struct sight sight = {.id = spot.id, .curved = spot.matter == MATTER_SAMPLE};
+    const struct tile *tile = scene;
+    const struct shot_view *view = tile->view;
+    struct ray ray = {view->eye, mat3_mul_t(&view->rotation, direction(&tile->lens, x, y))};
+    struct spot spot = sam_spot(view->world, &view->eye_vantage, ray);
+    vec3 wo = vec3_scale(ray.direction, -1);
+    enum lit lit = sam_lit(view, &spot, wo);
+    struct sight sight = {.id = spot.surface * 3 + (int)lit,
+                          .curved = spot.matter == MATTER_SAMPLE};
     if (shade)
-        sam_shade(view->world, &spot, &view->light, direction, sight.rgb);
+        sam_shade(view, &spot, lit, wo, sight.rgb);
     return sight;
 }
 
@@ -97,57 +146,59 @@ static void mark_all(struct marks *marks, const struct world *world)
 
 // ---- tiles
 
-static void expose_tile(const struct image_plane *plane, const struct camera *camera,
-                        const unsigned char *depth, int tile_x, int tile_y, float *value)
+/** Everything that the tiles of a shot share. */
+struct exposure {
+    const struct shot_view *view;
+    const struct camera *camera;
+    const unsigned char *depth;
+    double floor;
+    float *value;
+};
+
+static void expose_tile(const struct exposure *e, int x0, int y0)
 {
     struct sight corner[TILE + 1][TILE + 1];
-    int x0 = tile_x * TILE, y0 = tile_y * TILE;
-    int width = camera->width - x0 < TILE ? camera->width - x0 : TILE;
-    int height = camera->height - y0 < TILE ? camera->height - y0 : TILE;
+    struct tile tile = {e->view, tile_lens(e->camera, x0, y0)};
+    struct image_plane plane = {look, &tile, TOLERANCE, e->floor};
+    int width = e->camera->width - x0 < TILE ? e->camera->width - x0 : TILE;
+    int height = e->camera->height - y0 < TILE ? e->camera->height - y0 : TILE;
     for (int j = 0; j <= height; j++)
         for (int i = 0; i <= width; i++)
-            corner[j][i] = look(plane->scene, x0 + i - 0.5, y0 + j - 0.5, 1);
+            corner[j][i] = look(&tile, x0 + i - 0.5, y0 + j - 0.5, 1);
     for (int j = 0; j < height; j++)
         for (int i = 0; i < width; i++) {
             const struct sight four[4] = {corner[j][i], corner[j][i + 1], corner[j + 1][i + 1],
                                           corner[j + 1][i]};
-            size_t at = (size_t)(y0 + j) * (size_t)camera->width + (size_t)(x0 + i);
+            size_t at = (size_t)(y0 + j) * (size_t)e->camera->width + (size_t)(x0 + i);
             double rgb[3];
-            sam_pixel_mean(plane, x0 + i, y0 + j, 1, depth[at], four, rgb);
+            sam_pixel_mean(&plane, x0 + i, y0 + j, 1, e->depth[at], four, rgb);
             for (int c = 0; c < 3; c++)
-                value[3 * at + (size_t)c] = (float)rgb[c];
+                e->value[3 * at + (size_t)c] = (float)rgb[c];
         }
 }
 
 /** Radiance of white at the origin, where the board is: the scale of what matters. */
 static double white_radiance(const struct lighting *light)
 {
-    double r2 = vec3_dot(light->position, light->position);
-    return fmax(fmax(light->intensity[0], light->intensity[1]), light->intensity[2])
-           / (CAP_PI * r2);
+    struct incidence in = sam_light_part(light, (vec3){0, 0, 0}, 0, 1);
+    return fmax(fmax(in.irradiance[0], in.irradiance[1]), in.irradiance[2]) / CAP_PI;
 }
 
 enum status sam_film_expose(const struct world *world, const struct scene_shot *shot, int threads,
                             float *value, struct error *err)
 {
     const struct camera *camera = &world->scene->camera;
-    struct shot_view view = {.world = world,
-                             .light = sam_lighting(world->scene, shot),
-                             .rotation = cal_rotation(shot->view_from_world.rotation),
-                             .eye = cal_eye(shot->view_from_world)};
-    struct image_plane plane = {.look = look,
-                                .scene = &view,
-                                .tolerance = TOLERANCE,
-                                .floor = FLOOR * white_radiance(&view.light)};
+    struct shot_view view = sam_shot_view(world, shot);
     unsigned char *depth = calloc((size_t)camera->width * (size_t)camera->height, 1);
     if (!depth)
         return cap_fail(err, STATUS_MEMORY, "a picture of %d x %d", camera->width, camera->height);
     struct marks marks = {depth, camera, shot->view_from_world};
     mark_all(&marks, world);
+    struct exposure e = {&view, camera, depth, FLOOR * white_radiance(&view.light), value};
     int columns = (camera->width + TILE - 1) / TILE, rows = (camera->height + TILE - 1) / TILE;
 #pragma omp parallel for schedule(dynamic) num_threads(threads)
     for (int t = 0; t < rows * columns; t++)
-        expose_tile(&plane, camera, depth, t % columns, t / columns, value);
+        expose_tile(&e, t % columns * TILE, t / columns * TILE);
     free(depth);
     return STATUS_OK;
 }

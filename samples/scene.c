@@ -74,15 +74,53 @@ static bool read_exposures(struct scene *scene, struct doc *doc, doc_node root)
 
 // ---- lamps
 
-/** Where a lamp is: a position, or a direction and distance from the sample. */
-static vec3 read_lamp_position(struct doc *doc, doc_node node, vec3 center)
+/** A unit vector, or an error that names the key. */
+static vec3 read_direction(struct doc *doc, doc_node node, const char *key, vec3 fallback)
 {
-    if (sam_doc_get(doc, node, "position"))
-        return sam_doc_vec3(doc, node, "position", center);
-    double azimuth = sam_doc_number(doc, node, "azimuth_deg", NAN, -720, 720) * DEG;
-    double elevation = sam_doc_number(doc, node, "elevation_deg", NAN, -180, 180) * DEG;
-    double distance = sam_doc_number(doc, node, "distance", NAN, 1e-3, 1e7);
-    return sam_around(center, azimuth, elevation, distance);
+    vec3 v = sam_doc_vec3(doc, node, key, fallback);
+    double length = vec3_length(v);
+    if (length > 0)
+        return vec3_scale(v, 1 / length);
+    sam_doc_wrong(doc, node, "%s: a direction is wanted", key);
+    return fallback;
+}
+
+/** Where a lamp is: a position, or a direction and distance from the sample; a distant one has
+ *  only the direction. */
+static void read_lamp_place(struct scene_lamp *lamp, struct doc *doc, doc_node node, vec3 center)
+{
+    lamp->kind = sam_doc_bool(doc, node, "distant", false) ? LAMP_DISTANT : LAMP_POINT;
+    lamp->on_camera = sam_doc_bool(doc, node, "on_camera", false);
+    lamp->position = center;
+    if (sam_doc_get(doc, node, "position")) {
+        lamp->position = sam_doc_vec3(doc, node, "position", center);
+    } else if (sam_doc_get(doc, node, "direction") && lamp->kind == LAMP_DISTANT) {
+        lamp->direction = read_direction(doc, node, "direction", (vec3){0, 0, 1});
+        return;
+    } else {
+        double azimuth = sam_doc_number(doc, node, "azimuth_deg", NAN, -720, 720) * DEG;
+        double elevation = sam_doc_number(doc, node, "elevation_deg", NAN, -180, 180) * DEG;
+        double distance =
+            lamp->kind == LAMP_DISTANT ? 1 : sam_doc_number(doc, node, "distance", NAN, 1e-3, 1e7);
+        lamp->position = sam_around(center, azimuth, elevation, distance);
+    }
+    vec3 from_sample = vec3_sub(lamp->position, center);
+    lamp->direction = vec3_length(from_sample) > 0 ? vec3_normalize(from_sample) : (vec3){0, 0, 1};
+}
+
+static void read_lamp(struct scene_lamp *lamp, struct doc *doc, doc_node node, vec3 center)
+{
+    copy_name(lamp->name, sam_doc_text(doc, node, "name", lamp->name));
+    read_lamp_place(lamp, doc, node, center);
+    lamp->radius = sam_doc_number(doc, node, "radius", 0, 0, 1e5);
+    lamp->beam_exponent = sam_doc_number(doc, node, "beam_exponent", 0, 0, 1e4);
+    vec3 ahead = lamp->on_camera ? (vec3){0, 0, 1} : vec3_scale(lamp->direction, -1);
+    lamp->beam = read_direction(doc, node, "beam", ahead);
+    for (int c = 0; c < 3; c++)
+        lamp->intensity[c] = lamp->kind == LAMP_DISTANT ? 0.25 : 1e5;
+    sam_doc_numbers(doc, node, "intensity", lamp->intensity, 3, true, 0, 1e15);
+    if (lamp->kind == LAMP_DISTANT && (lamp->radius > 0 || lamp->on_camera))
+        sam_doc_wrong(doc, node, "a distant lamp has no radius and is not on the camera");
 }
 
 static bool read_lamps(struct scene *scene, struct doc *doc, doc_node root)
@@ -93,15 +131,8 @@ static bool read_lamps(struct scene *scene, struct doc *doc, doc_node root)
     if (!scene->lamp)
         return false;
     for (int i = 0; i < count; i++) {
-        struct scene_lamp *lamp = &scene->lamp[i];
-        doc_node node = sam_doc_item(doc, list, i);
-        char name[SCENE_NAME];
-        snprintf(name, sizeof name, "lamp%d", i);
-        copy_name(lamp->name, sam_doc_text(doc, node, "name", name));
-        lamp->position = read_lamp_position(doc, node, scene->sample.nominal.center);
-        for (int c = 0; c < 3; c++)
-            lamp->intensity[c] = 1e5;
-        sam_doc_numbers(doc, node, "intensity", lamp->intensity, 3, true, 0, 1e15);
+        snprintf(scene->lamp[i].name, SCENE_NAME, "lamp%d", i);
+        read_lamp(&scene->lamp[i], doc, sam_doc_item(doc, list, i), scene->sample.nominal.center);
     }
     scene->lamps = count;
     if (sam_doc_fine(doc) && count == 0)
@@ -144,11 +175,7 @@ static void read_sample(struct scene_sample *sample, struct doc *doc, doc_node n
     sample->nominal = *place;
     if (place->shape == SHAPE_CYLINDER) {
         place->height = sam_doc_number(doc, node, "height", NAN, 1e-6, 1e6);
-        place->axis = sam_doc_vec3(doc, node, "axis", (vec3){0, 0, 1});
-        if (vec3_length(place->axis) > 0)
-            place->axis = vec3_normalize(place->axis);
-        else
-            sam_doc_wrong(doc, node, "axis: a direction is wanted");
+        place->axis = read_direction(doc, node, "axis", (vec3){0, 0, 1});
         sample->nominal = *place;
     }
     sample->nominal.center = sam_doc_vec3(doc, node, "nominal_center", place->center);
@@ -278,6 +305,10 @@ static void read_patch(struct scene_patch *patch, struct doc *doc, doc_node node
 static bool read_patches(struct scene *scene, struct doc *doc, doc_node node)
 {
     int count = sam_doc_is_list(doc, node) ? sam_doc_count(doc, node) : node ? 1 : 0;
+    if (count > PATCHES_MAX) {
+        sam_doc_wrong(doc, node, "patch: at most %d", PATCHES_MAX);
+        count = 0;
+    }
     scene->patch = calloc((size_t)count + 1, sizeof *scene->patch);
     if (!scene->patch)
         return false;

@@ -7,7 +7,7 @@
 
 #include "reconstruct.h"
 
-enum { SCENE_NAME = 64 };
+enum { SCENE_NAME = 64, PATCHES_MAX = 16 };
 
 /** How radiance becomes numbers (expose.c). */
 struct sensor_model {
@@ -25,10 +25,19 @@ struct exif {
     char make[SCENE_NAME], model[SCENE_NAME];
 };
 
+enum lamp_kind { LAMP_POINT, LAMP_DISTANT };
+
+/** A lamp, in the world or, with on_camera, in the camera's frame (x right, y down, z forward). */
 struct scene_lamp {
     char name[SCENE_NAME];
+    enum lamp_kind kind;
+    bool on_camera;
     vec3 position;
-    double intensity[3];  // radiance units x mm^2, see L = f I cos(theta_i) / r^2
+    double radius;         // of a ball that radiates evenly; 0: a point
+    vec3 direction;        // towards a distant lamp; unit
+    double intensity[3];   // L = f I cos / r^2; of a distant lamp the irradiance, L = f E cos
+    vec3 beam;             // where it points to; unit
+    double beam_exponent;  // intensity falls off as cos^exponent from there; 0: it does not
 };
 
 struct scene_sample {

@@ -4,7 +4,7 @@
  */
 #include "truth.h"
 
-#include "world.h"
+#include "light.h"
 
 #include <jansson.h>
 #include <stdarg.h>
@@ -72,13 +72,46 @@ static json_t *camera(const struct camera *c)
                      "dist", numbers(c->distortion, 5));
 }
 
+// As a point, a distant lamp is this far from the origin: its rays converge by 1e-8 over a board.
+static const double FAR = 1e10;
+
+/** A lamp as the judge knows lamps, a place and an intensity there; beside it what it really is. */
+static json_t *light(const struct scene_lamp *lamp)
+{
+    bool distant = lamp->kind == LAMP_DISTANT;
+    vec3 place = distant ? vec3_scale(lamp->direction, FAR) : lamp->position;
+    double intensity[3];
+    for (int c = 0; c < 3; c++)
+        intensity[c] = lamp->intensity[c] * (distant ? FAR * FAR : 1);
+    json_t *map = json_pack("{s:s, s:s, s:s, s:o, s:o, s:f}", "name", lamp->name, "kind",
+                            distant ? "distant" : "point", "frame",
+                            lamp->on_camera ? "camera" : "world", "position", point(place),
+                            "intensity", numbers(intensity, 3), "radius", lamp->radius);
+    if (distant) {
+        json_object_set_new(map, "direction", point(lamp->direction));
+        json_object_set_new(map, "irradiance", numbers(lamp->intensity, 3));
+    }
+    if (lamp->beam_exponent > 0) {
+        json_object_set_new(map, "beam", point(lamp->beam));
+        json_object_set_new(map, "beam_exponent", json_real(lamp->beam_exponent));
+    }
+    return map;
+}
+
 static json_t *lights(const struct scene *scene)
 {
     json_t *list = json_array();
     for (int i = 0; i < scene->lamps; i++)
-        json_array_append_new(list, json_pack("{s:o, s:o, s:f}", "position",
-                                              point(scene->lamp[i].position), "intensity",
-                                              numbers(scene->lamp[i].intensity, 3), "radius", 0.0));
+        json_array_append_new(list, light(&scene->lamp[i]));
+    return list;
+}
+
+/** The lamps' radii, which the shared captures list under `render`. */
+static json_t *radii(const struct scene *scene)
+{
+    json_t *list = json_array();
+    for (int i = 0; i < scene->lamps; i++)
+        json_array_append_new(list, json_real(scene->lamp[i].radius));
     return list;
 }
 
@@ -96,37 +129,62 @@ static const double *parameter(const struct scene_sample *sample, const char *na
     return NULL;
 }
 
+// A lobe of constant colour beside a matt part is the judge's mix, of one half each.
+static const double MIX = 0.5;
+
 /** The type by which the judge knows the material; NULL: it does not. */
 static const char *judge_type(const struct scene_sample *sample)
 {
     const char *name = sample->model->name;
     const double *albedo = parameter(sample, "albedo"), *edge = parameter(sample, "edge");
-    bool lobe_only = albedo && edge && albedo[0] + albedo[1] + albedo[2] == 0 && edge[0] == 0;
+    bool constant = edge && edge[0] == 0;
+    bool lobe_only = albedo && albedo[0] + albedo[1] + albedo[2] == 0;
     if (strcmp(name, "lambert") == 0)
         return "lambert";
     if (strcmp(name, "ggx") == 0)
         return "plastic";
-    if (strcmp(name, "ggx_schlick") == 0 && lobe_only)
-        return "ggx";
-    if (strcmp(name, "beckmann_schlick") == 0 && lobe_only)
-        return "beckmann";
+    if (constant && strcmp(name, "ggx_schlick") == 0)
+        return lobe_only ? "ggx" : "mix";
+    if (constant && strcmp(name, "beckmann_schlick") == 0)
+        return lobe_only ? "beckmann" : "mix";
     return NULL;
 }
 
-/** Every parameter under its own name; a lobe's colour also under the judge's, `color`. */
+static json_t *scaled(const double *colour, double factor)
+{
+    return numbers((const double[]){colour[0] * factor, colour[1] * factor, colour[2] * factor}, 3);
+}
+
+/** What the judge calls by other names, over the model's own. */
+static void add_judge_keys(json_t *map, const struct scene_sample *sample, const char *type)
+{
+    const double *f0 = parameter(sample, "f0");
+    if (!f0)
+        return;
+    bool mix = strcmp(type, "mix") == 0;
+    json_object_set_new(map, "color", scaled(f0, mix ? 1 / MIX : 1));
+    if (mix) {
+        json_object_set_new(map, "albedo", scaled(parameter(sample, "albedo"), 1 / (1 - MIX)));
+        json_object_set_new(map, "factor", json_real(MIX));
+        bool ggx = strncmp(sample->model->name, "ggx", 3) == 0;
+        json_object_set_new(map, "distribution", json_string(ggx ? "ggx" : "beckmann"));
+    }
+}
+
+/** Every parameter under its own name, then as the judge wants it. */
 static json_t *material(const struct scene_sample *sample)
 {
     json_t *map = json_object();
     const char *type = judge_type(sample);
-    const double *value = sample->parameter, *f0 = parameter(sample, "f0");
+    const double *value = sample->parameter;
     json_object_set_new(map, "type", json_string(type ? type : sample->model->name));
     json_object_set_new(map, "model", json_string(sample->model->name));
     for (const struct parameter *p = sample->model->parameter; p->name; p++) {
         json_object_set_new(map, p->name, p->size == 1 ? json_real(*value) : numbers(value, 3));
         value += p->size;
     }
-    if (type && f0)
-        json_object_set_new(map, "color", numbers(f0, 3));
+    if (type)
+        add_judge_keys(map, sample, type);
     return map;
 }
 
@@ -200,11 +258,17 @@ static json_t *exposures(const struct scene *scene, int shot)
     return list;
 }
 
+/** Where a shot's lamp is, or would be if it were a point. */
+static vec3 lamp_place(const struct lighting *light)
+{
+    return light->kind == LAMP_DISTANT ? vec3_scale(light->direction, FAR) : light->position;
+}
+
 /** The angle between lamp and camera, seen from the sample. */
-static double phase_deg(const struct scene *scene, const struct lighting *light, vec3 eye)
+static double phase_deg(const struct scene *scene, vec3 lamp, vec3 eye)
 {
     vec3 center = scene->sample.place.center;
-    vec3 a = vec3_sub(light->position, center), b = vec3_sub(eye, center);
+    vec3 a = vec3_sub(lamp, center), b = vec3_sub(eye, center);
     return atan2(vec3_length(vec3_cross(a, b)), vec3_dot(a, b)) * 180 / CAP_PI;
 }
 
@@ -213,15 +277,17 @@ static json_t *shot(const struct scene *scene, int index)
     const struct scene_shot *s = &scene->shot[index];
     struct lighting light = sam_lighting(scene, s);
     mat3 r = cal_rotation(s->view_from_world.rotation);
-    vec3 eye = cal_eye(s->view_from_world);
+    vec3 eye = cal_eye(s->view_from_world), lamp = lamp_place(&light);
+    for (int c = 0; c < 3 && light.kind == LAMP_DISTANT; c++)
+        light.intensity[c] *= FAR * FAR;
     json_t *rows = json_array();
     for (int i = 0; i < 3; i++)
         json_array_append_new(rows, numbers(r.m[i], 3));
-    json_t *map = json_pack("{s:i, s:o, s:o, s:o, s:i, s:o, s:o, s:f, s:f}", "index", index, "R",
-                            rows, "t", point(s->view_from_world.translation), "eye", point(eye),
-                            "light", s->lamp, "light_position", point(light.position),
-                            "light_intensity", numbers(light.intensity, 3), "light_jitter",
-                            s->power, "phase_deg", phase_deg(scene, &light, eye));
+    json_t *map =
+        json_pack("{s:i, s:o, s:o, s:o, s:i, s:o, s:o, s:f, s:f}", "index", index, "R", rows, "t",
+                  point(s->view_from_world.translation), "eye", point(eye), "light", s->lamp,
+                  "light_position", point(lamp), "light_intensity", numbers(light.intensity, 3),
+                  "light_jitter", s->power, "phase_deg", phase_deg(scene, lamp, eye));
     if (scene->radiance) {
         char name[PHOTO_NAME];
         sam_shot_name(name, scene, index);
@@ -237,11 +303,11 @@ static json_t *truth(const struct scene *scene)
     json_t *shots = json_array();
     for (int i = 0; i < scene->shots; i++)
         json_array_append_new(shots, shot(scene, i));
-    return json_pack("{s:s, s:I, s:o, s:o, s:{s:i, s:f}, s:o, s:o, s:{s:o, s:f, s:f, s:f},"
+    return json_pack("{s:s, s:I, s:o, s:o, s:{s:i, s:o}, s:o, s:o, s:{s:o, s:f, s:f, s:f},"
                      " s:{s:f, s:f}, s:{s:f, s:f}, s:[], s:o, s:o, s:o, s:o, s:o}",
                      "name", scene->name, "seed", (json_int_t)scene->seed, "conventions",
                      conventions(), "camera", camera(&scene->camera), "render", "max_bounces", 0,
-                     "light_radius_mm", 0.0, "lights", lights(scene), "sample",
+                     "light_radius_mm", radii(scene), "lights", lights(scene), "sample",
                      sample(&scene->sample), "board", "size", numbers(board->size, 2), "albedo",
                      board->albedo, "margin", board->margin, "paper_thickness", board->thickness,
                      "paper", "white", board->white, "black", board->black, "post", "radius",

@@ -1,4 +1,4 @@
-/* world.c -- what a ray of a scene meets, and whether the lamp sees it. */
+/* world.c -- what a ray of a scene meets. */
 #include "world.h"
 
 #include <assert.h>
@@ -76,10 +76,8 @@ enum status sam_world_build(struct world *world, const struct scene *scene, stru
     const struct sample_place *place = &scene->sample.place;
     struct world built = {.scene = scene};
     built.plane = calloc((size_t)scene->board.tags + 1, sizeof *built.plane);
-    built.slab = calloc((size_t)scene->patches + 1, sizeof *built.slab);
     built.paper = calloc((size_t)scene->board.tags + 1, sizeof *built.paper);
-    if (!built.plane || !built.paper || !built.slab
-        || !sam_tag_family(&built.family, scene->board.family)) {
+    if (!built.plane || !built.paper || !sam_tag_family(&built.family, scene->board.family)) {
         sam_world_free(&built);
         return cap_fail(err, STATUS_MEMORY, "%s: out of memory", scene->name);
     }
@@ -99,18 +97,51 @@ void sam_world_free(struct world *world)
 {
     free(world->plane);
     free(world->paper);
-    free(world->slab);
     sam_tag_family_free(&world->family);
     *world = (struct world){0};
 }
 
-struct lighting sam_lighting(const struct scene *scene, const struct scene_shot *shot)
+// ---- cones that solids fill
+
+/** The cone of a ball about a solid. From within, it is all directions. */
+static struct cone cone_of(vec3 apex, vec3 center, double radius)
 {
-    const struct scene_lamp *lamp = &scene->lamp[shot->lamp];
-    struct lighting light = {.position = lamp->position};
-    for (int c = 0; c < 3; c++)
-        light.intensity[c] = lamp->intensity[c] * shot->power;
-    return light;
+    vec3 to = vec3_sub(center, apex);
+    double distance = vec3_length(to), sine = radius * (1 + 1e-9) / distance;
+    if (!(sine < 1))
+        return (struct cone){.cosine = -2};
+    return (struct cone){vec3_scale(to, 1 / distance), sqrt(1 - sine * sine) - 1e-12};
+}
+
+struct vantage sam_vantage(const struct world *world, vec3 apex)
+{
+    const struct sample_place *place = &world->scene->sample.place;
+    const struct rod *post = &world->post;
+    struct vantage v;
+    v.sample = cone_of(apex, place->center, hypot(place->radius, place->height / 2));
+    v.post = cone_of(apex, post->center, hypot(post->radius, post->half));
+    if (post->radius == 0)
+        v.post.cosine = 2;  // no direction
+    for (int i = 0; i < world->scene->patches; i++) {
+        const double *half = world->slab[i].half;
+        v.slab[i] = cone_of(apex, world->slab[i].center,
+                            sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]));
+    }
+    return v;
+}
+
+struct vantage sam_vantage_nowhere(void)
+{
+    struct vantage v = {.sample = {.cosine = -2}, .post = {.cosine = -2}};
+    for (int i = 0; i < PATCHES_MAX; i++)
+        v.slab[i].cosine = -2;
+    return v;
+}
+
+/** sign 1: the ray leaves the apex; -1: it runs towards it. */
+static bool may_meet(const struct cone *cone, vec3 direction, double sign)
+{
+    return sign * vec3_dot(cone->axis, direction) >= cone->cosine;
 }
 
 // ---- solids: sample, post, patches
@@ -121,13 +152,6 @@ static struct crossing cross_sample(const struct world *world, struct ray ray)
     if (place->shape == SHAPE_SPHERE)
         return sam_cross_sphere(ray, place->center, place->radius, CLEAR);
     return sam_cross_rod(ray, &world->rod, CLEAR);
-}
-
-static struct crossing cross_post(const struct world *world, struct ray ray)
-{
-    if (world->post.radius > 0)
-        return sam_cross_rod(ray, &world->post, CLEAR);
-    return (struct crossing){.s = INFINITY};
 }
 
 /** The tag whose paper holds the point where the ray meets the plane; -1: none. *white says what
@@ -166,14 +190,8 @@ static double cross_sheet(const struct world *world, struct ray ray)
     return fabs(p.x) <= board->size[0] / 2 && fabs(p.y) <= board->size[1] / 2 ? s : INFINITY;
 }
 
-/** Does anything stand on the ray before s = far? */
-static bool is_blocked(const struct world *world, struct ray ray, double far)
+static bool papers_block(const struct world *world, struct ray ray, double far)
 {
-    if (cross_sample(world, ray).s < far || cross_post(world, ray).s < far)
-        return true;
-    for (int i = 0; i < world->scene->patches; i++)
-        if (sam_cross_box(ray, &world->slab[i], CLEAR).s < far)
-            return true;
     for (int i = 0; i < world->planes; i++) {
         const struct paper_plane *plane = &world->plane[i];
         double s = sam_cross_plane(ray, plane->origin, plane->normal, CLEAR);
@@ -181,7 +199,21 @@ static bool is_blocked(const struct world *world, struct ray ray, double far)
         if (s < far && find_paper(world, plane, sam_at(ray, s), &white) >= 0)
             return true;
     }
-    return cross_sheet(world, ray) < far;
+    return false;
+}
+
+bool sam_blocked(const struct world *world, const struct vantage *apex, struct ray ray, double far)
+{
+    if (may_meet(&apex->sample, ray.direction, -1) && cross_sample(world, ray).s < far)
+        return true;
+    if (may_meet(&apex->post, ray.direction, -1) && world->post.radius > 0
+        && sam_cross_rod(ray, &world->post, CLEAR).s < far)
+        return true;
+    for (int i = 0; i < world->scene->patches; i++)
+        if (may_meet(&apex->slab[i], ray.direction, -1)
+            && sam_cross_box(ray, &world->slab[i], CLEAR).s < far)
+            return true;
+    return papers_block(world, ray, far) || cross_sheet(world, ray) < far;
 }
 
 // ---- the first thing on a ray
@@ -216,59 +248,23 @@ static void meet_papers(const struct world *world, struct ray ray, struct neares
     }
 }
 
-static struct nearest meet(const struct world *world, struct ray ray)
+struct spot sam_spot(const struct world *world, const struct vantage *from, struct ray ray)
 {
     const struct scene *scene = world->scene;
-    struct nearest nearest = {.crossing = {.s = INFINITY}};
-    keep(&nearest, cross_sample(world, ray), MATTER_SAMPLE, 0, 0);
-    keep(&nearest, cross_post(world, ray), MATTER_POST, 0, scene->post.albedo);
+    struct nearest n = {.crossing = {.s = INFINITY}};
+    if (may_meet(&from->sample, ray.direction, 1))
+        keep(&n, cross_sample(world, ray), MATTER_SAMPLE, 0, 0);
+    if (may_meet(&from->post, ray.direction, 1) && world->post.radius > 0)
+        keep(&n, sam_cross_rod(ray, &world->post, CLEAR), MATTER_POST, 0, scene->post.albedo);
     for (int i = 0; i < scene->patches; i++)
-        keep(&nearest, sam_cross_box(ray, &world->slab[i], CLEAR), MATTER_PATCH, i,
-             scene->patch[i].patch.albedo);
-    meet_papers(world, ray, &nearest);
+        if (may_meet(&from->slab[i], ray.direction, 1))
+            keep(&n, sam_cross_box(ray, &world->slab[i], CLEAR), MATTER_PATCH, i,
+                 scene->patch[i].patch.albedo);
+    meet_papers(world, ray, &n);
     struct crossing sheet = {.s = cross_sheet(world, ray), .normal = {0, 0, 1}};
-    keep(&nearest, sheet, MATTER_SHEET, 0, scene->board.albedo);
-    return nearest;
-}
-
-struct spot sam_spot(const struct world *world, struct ray ray, const struct lighting *light)
-{
-    struct nearest n = meet(world, ray);
+    keep(&n, sheet, MATTER_SHEET, 0, scene->board.albedo);
     if (n.matter == MATTER_NONE)
         return (struct spot){0};
-    struct spot spot = {.matter = n.matter, .albedo = n.albedo, .normal = n.crossing.normal};
-    spot.point = sam_at(ray, n.crossing.s);
-    vec3 to_lamp = vec3_sub(light->position, spot.point);
-    double distance = vec3_length(to_lamp);
-    struct ray towards = {spot.point, vec3_scale(to_lamp, 1 / distance)};
-    // Paper and sheet have a back, which stays dark; solids show no back.
-    spot.lit = vec3_dot(to_lamp, spot.normal) > 0 && vec3_dot(ray.direction, spot.normal) < 0
-               && !is_blocked(world, towards, distance);
-    spot.id = (((int)n.matter * 1000 + n.index) * 8 + n.crossing.face) * 4 + n.white * 2 + spot.lit;
-    return spot;
-}
-
-// ---- its radiance
-
-void sam_shade(const struct world *world, const struct spot *spot, const struct lighting *light,
-               vec3 view, double rgb[3])
-{
-    rgb[0] = rgb[1] = rgb[2] = 0;
-    if (!spot->lit)
-        return;
-    vec3 to_lamp = vec3_sub(light->position, spot->point);
-    double r2 = vec3_dot(to_lamp, to_lamp);
-    vec3 wi = vec3_scale(to_lamp, 1 / sqrt(r2)), wo = vec3_scale(view, -1);
-    double cos_i = vec3_dot(wi, spot->normal), cos_o = vec3_dot(wo, spot->normal);
-    double f[3] = {spot->albedo / CAP_PI, spot->albedo / CAP_PI, spot->albedo / CAP_PI};
-    if (spot->matter == MATTER_SAMPLE) {
-        const struct scene_sample *sample = &world->scene->sample;
-        vec3 x, y, z = spot->normal;
-        sam_frame(z, &x, &y);
-        vec3 wi_local = {vec3_dot(wi, x), vec3_dot(wi, y), cos_i};
-        vec3 wo_local = {vec3_dot(wo, x), vec3_dot(wo, y), cos_o};
-        sample->model->eval(sample->parameter, wi_local, wo_local, f);
-    }
-    for (int c = 0; c < 3; c++)
-        rgb[c] = f[c] * light->intensity[c] * cos_i / r2;
+    int surface = (((int)n.matter * 1000 + n.index) * 8 + n.crossing.face) * 2 + n.white;
+    return (struct spot){n.matter, surface, sam_at(ray, n.crossing.s), n.crossing.normal, n.albedo};
 }

@@ -1,7 +1,7 @@
-/* world.h -- what a ray of a scene meets, and how much light leaves from there.
+/* world.h -- what a ray of a scene meets.
  *
- * Light is direct: from the lamp to the surface to the camera, with shadows, without light that
- * surfaces throw on each other.
+ * Rays of a shot pass through its camera or its lamp. Seen from there, each solid lies in a cone,
+ * and one product of directions tells the many rays that miss it.
  */
 #ifndef GONIOCAM_SAMPLES_WORLD_H
 #define GONIOCAM_SAMPLES_WORLD_H
@@ -30,33 +30,39 @@ struct world {
     struct paper_plane *plane;  // [planes]
     int planes;
     struct paper *paper;  // [scene->board.tags]
-    struct box *slab;     // [scene->patches]
     struct rod post;      // radius 0: none
     struct rod rod;       // the sample, when it is a cylinder
+    struct box slab[PATCHES_MAX];
 };
 
-/** The lamp as one shot has it. */
-struct lighting {
-    vec3 position;
-    double intensity[3];
+/** Directions within acos(cosine) of a unit axis; cosine -2: all. */
+struct cone {
+    vec3 axis;
+    double cosine;
+};
+/** A place that rays pass through, and the cones that the solids fill from there. */
+struct vantage {
+    struct cone sample, post, slab[PATCHES_MAX];
 };
 
-/** What a ray meets. Spots of one id lie on one smooth surface of one colour. */
+/** What a ray meets first. Spots of one surface lie on one smooth face of one colour; 0: nothing
+ *  is met. */
 struct spot {
     enum matter matter;
-    int id;
+    int surface;
     vec3 point, normal;
     double albedo;  // of what is matt; the sample has its model
-    bool lit;       // the lamp sees it
 };
 
 /** STATUS_MEMORY. The scene must outlive the world. */
 enum status sam_world_build(struct world *world, const struct scene *scene, struct error *err);
 void sam_world_free(struct world *world);
-struct lighting sam_lighting(const struct scene *scene, const struct scene_shot *shot);
-/** The first thing that a ray meets; MATTER_NONE and id 0: nothing. */
-struct spot sam_spot(const struct world *world, struct ray ray, const struct lighting *light);
-/** The radiance of a spot towards -view: L = f I cos(theta_i) / r^2, 0 where it is not lit. */
-void sam_shade(const struct world *world, const struct spot *spot, const struct lighting *light,
-               vec3 view, double rgb[3]);
+struct vantage sam_vantage(const struct world *world, vec3 apex);
+/** The vantage of rays that have no point in common. */
+struct vantage sam_vantage_nowhere(void);
+/** The first thing that a ray from the vantage's apex meets. */
+struct spot sam_spot(const struct world *world, const struct vantage *from, struct ray ray);
+/** Does anything stand on the ray before s = far? Its line passes through the vantage's apex, and
+ *  its direction is towards the apex. */
+bool sam_blocked(const struct world *world, const struct vantage *apex, struct ray ray, double far);
 #endif

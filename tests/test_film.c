@@ -2,6 +2,7 @@
 #include "film.h"
 #include "near.h"
 #include "place.h"
+#include "shade.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -156,20 +157,27 @@ static void test_threads_make_no_difference(void **state)
     free(other);
 }
 
+/** What is seen straight from above at (x, y). */
+static struct spot from_above(const struct fixture *f, double x, double y)
+{
+    struct vantage nowhere = sam_vantage_nowhere();
+    return sam_spot(&f->world, &nowhere, (struct ray){{x, y, 20}, {0, 0, -1}});
+}
+
 // The centre of the sphere hides the lamp from the point of the board on the line through both.
 static void test_the_ball_throws_its_shadow(void **state)
 {
     struct fixture *f = *state;
-    struct lighting light = sam_lighting(&f->scene, &f->scene.shot[0]);
-    vec3 c = f->scene.sample.place.center, l = light.position;
+    struct shot_view view = sam_shot_view(&f->world, &f->scene.shot[0]);
+    vec3 c = f->scene.sample.place.center, l = view.light.position, up = {0, 0, 1};
     double s = c.z / (l.z - c.z);
     vec3 shadow = vec3_add(c, vec3_scale(vec3_sub(c, l), s));
     double aside = f->scene.sample.place.radius * l.z / (l.z - c.z);
     for (int side = -1; side <= 1; side += 2) {
-        struct ray in = {{shadow.x + 0.98 * side * aside, shadow.y, 20}, {0, 0, -1}};
-        struct ray out = {{shadow.x + 1.02 * side * aside, shadow.y, 20}, {0, 0, -1}};
-        assert_false(sam_spot(&f->world, in, &light).lit);
-        assert_true(sam_spot(&f->world, out, &light).lit);
+        struct spot in = from_above(f, shadow.x + 0.98 * side * aside, shadow.y);
+        struct spot out = from_above(f, shadow.x + 1.02 * side * aside, shadow.y);
+        assert_int_equal(sam_lit(&view, &in, up), LIT_NOT);
+        assert_int_equal(sam_lit(&view, &out, up), LIT_FULLY);
     }
 }
 
@@ -177,13 +185,37 @@ static void test_the_ball_throws_its_shadow(void **state)
 static void test_paper_is_matt(void **state)
 {
     struct fixture *f = *state;
-    struct lighting light = sam_lighting(&f->scene, &f->scene.shot[0]);
+    struct shot_view view = sam_shot_view(&f->world, &f->scene.shot[0]);
     struct tag_place *tag = &f->scene.board.tag[0];
-    vec3 p = {tag->center.x - tag->size / 2 - 1, tag->center.y, 0};
-    struct spot spot = sam_spot(&f->world, (struct ray){{p.x, p.y, 99}, {0, 0, -1}}, &light);
-    double rgb[3], r = vec3_length(vec3_sub(light.position, p));
-    sam_shade(&f->world, &spot, &light, (vec3){0, 0, -1}, rgb);
-    assert_near(rgb[1], 0.8 / CAP_PI * light.intensity[1] * light.position.z / (r * r * r), 1e-15);
+    vec3 p = {tag->center.x - tag->size / 2 - 1, tag->center.y, 0}, up = {0, 0, 1};
+    struct spot spot = from_above(f, p.x, p.y);
+    double rgb[3], r = vec3_length(vec3_sub(view.light.position, p));
+    sam_shade(&view, &spot, LIT_FULLY, up, rgb);
+    assert_near(rgb[1],
+                0.8 / CAP_PI * view.light.intensity[1] * view.light.position.z / (r * r * r),
+                1e-15);
+}
+
+// Cones only leave out what is not there: with and without them, the image is the same.
+static void test_cones_change_nothing(void **state)
+{
+    struct fixture *f = *state;
+    struct shot_view view = sam_shot_view(&f->world, &f->scene.shot[2]);
+    struct vantage nowhere = sam_vantage_nowhere();
+    for (int i = 0; i < 200000; i++) {
+        double x = fmod(i * 0.754877666, 1) * f->scene.camera.width;
+        double y = fmod(i * 0.569840291, 1) * f->scene.camera.height;
+        struct ray ray = ray_of(&f->scene, &f->scene.shot[2], x, y);
+        struct spot a = sam_spot(&f->world, &view.eye_vantage, ray);
+        struct spot b = sam_spot(&f->world, &nowhere, ray);
+        assert_int_equal(a.surface, b.surface);
+        vec3 to = vec3_sub(view.light.position, a.point);
+        double far = vec3_length(to);
+        struct ray towards = {a.point, vec3_scale(to, 1 / far)};
+        if (a.matter != MATTER_NONE)
+            assert_int_equal(sam_blocked(&f->world, &view.lamp_vantage, towards, far),
+                             sam_blocked(&f->world, &nowhere, towards, far));
+    }
 }
 
 int main(void)
@@ -194,6 +226,7 @@ int main(void)
         cmocka_unit_test(test_threads_make_no_difference),
         cmocka_unit_test(test_the_ball_throws_its_shadow),
         cmocka_unit_test(test_paper_is_matt),
+        cmocka_unit_test(test_cones_change_nothing),
     };
     return cmocka_run_group_tests(tests, load, unload);
 }

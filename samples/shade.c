@@ -1,0 +1,75 @@
+/* shade.c -- how much light leaves a spot: L = sum of f E cos(theta_i) over the parts of the lamp.
+ */
+#include "shade.h"
+
+struct shot_view sam_shot_view(const struct world *world, const struct scene_shot *shot)
+{
+    struct shot_view view = {.world = world,
+                             .light = sam_lighting(world->scene, shot),
+                             .rotation = cal_rotation(shot->view_from_world.rotation),
+                             .eye = cal_eye(shot->view_from_world)};
+    bool one_point = view.light.kind == LAMP_POINT && view.light.radius == 0;
+    view.eye_vantage = sam_vantage(world, view.eye);
+    view.lamp_vantage = one_point ? sam_vantage(world, view.light.position) : sam_vantage_nowhere();
+    return view;
+}
+
+static int parts(const struct shot_view *view, enum lit lit)
+{
+    if (view->light.radius == 0)
+        return 1;
+    return lit == LIT_PARTLY ? LIGHT_SAMPLES_PENUMBRA : LIGHT_SAMPLES;
+}
+
+/** Paper and sheet have a back, which stays dark; solids show no back. */
+static bool sees(const struct shot_view *view, const struct spot *spot, const struct incidence *in)
+{
+    return vec3_dot(in->wi, spot->normal) > 0
+           && !sam_blocked(view->world, &view->lamp_vantage, (struct ray){spot->point, in->wi},
+                           in->distance);
+}
+
+enum lit sam_lit(const struct shot_view *view, const struct spot *spot, vec3 wo)
+{
+    if (spot->matter == MATTER_NONE || vec3_dot(wo, spot->normal) <= 0)
+        return LIT_NOT;
+    int n = parts(view, LIT_FULLY), seen = 0;
+    for (int i = 0; i < n; i++) {
+        struct incidence in = sam_light_part(&view->light, spot->point, i, n);
+        seen += sees(view, spot, &in);
+    }
+    return seen == n ? LIT_FULLY : seen > 0 ? LIT_PARTLY : LIT_NOT;
+}
+
+/** f of a spot. What is matt is albedo/pi; the sample is isotropic, so any tangent will do. */
+static void reflectance(const struct world *world, const struct spot *spot, vec3 wi, vec3 wo,
+                        double f[3])
+{
+    f[0] = f[1] = f[2] = spot->albedo / CAP_PI;
+    if (spot->matter != MATTER_SAMPLE)
+        return;
+    const struct scene_sample *sample = &world->scene->sample;
+    vec3 x, y, z = spot->normal;
+    sam_frame(z, &x, &y);
+    sample->model->eval(sample->parameter,
+                        (vec3){vec3_dot(wi, x), vec3_dot(wi, y), vec3_dot(wi, z)},
+                        (vec3){vec3_dot(wo, x), vec3_dot(wo, y), vec3_dot(wo, z)}, f);
+}
+
+void sam_shade(const struct shot_view *view, const struct spot *spot, enum lit lit, vec3 wo,
+               double rgb[3])
+{
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    if (lit == LIT_NOT)
+        return;
+    int n = parts(view, lit);
+    for (int i = 0; i < n; i++) {
+        struct incidence in = sam_light_part(&view->light, spot->point, i, n);
+        if (lit == LIT_PARTLY && !sees(view, spot, &in))
+            continue;
+        double f[3], cos_i = vec3_dot(in.wi, spot->normal);
+        reflectance(view->world, spot, in.wi, wo, f);
+        for (int c = 0; c < 3; c++)
+            rgb[c] += f[c] * in.irradiance[c] * cos_i;
+    }
+}

@@ -1,0 +1,26 @@
+/* shade.h -- how much light leaves a spot: direct light from the lamp, with shadows. */
+#ifndef GONIOCAM_SAMPLES_SHADE_H
+#define GONIOCAM_SAMPLES_SHADE_H
+
+#include "light.h"
+#include "world.h"
+
+/** A shot, ready for rays. */
+struct shot_view {
+    const struct world *world;
+    struct lighting light;
+    struct vantage eye_vantage, lamp_vantage;
+    mat3 rotation;
+    vec3 eye;
+};
+
+/** How much of the lamp a spot sees. */
+enum lit { LIT_NOT, LIT_PARTLY, LIT_FULLY };
+
+struct shot_view sam_shot_view(const struct world *world, const struct scene_shot *shot);
+enum lit sam_lit(const struct shot_view *view, const struct spot *spot, vec3 wo);
+/** The radiance of a spot towards wo, L = f I cos(theta_i) / r^2, summed over what it sees of the
+ *  lamp. lit is sam_lit's. */
+void sam_shade(const struct shot_view *view, const struct spot *spot, enum lit lit, vec3 wo,
+               double rgb[3]);
+#endif
