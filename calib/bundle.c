@@ -192,21 +192,43 @@ static double tamed_scale(const struct bundle *b, double scale)
     }
     double unknowns = POSE * b->calibration->views + LENS_PARAMETERS * b->calibration->cameras;
     double freedom = fmax(1 - unknowns / (CORNERS * (b->sightings + 1.0)), 0.1);
-    return weights > 0 ? scale * sum / weights / CORNERS / freedom : scale;
+    return weights > 0 ? 1.048 * scale * sum / weights / CORNERS / freedom : scale;
 }
 
-// Five deviations in each of the eight numbers: the loss deals with what is less.
-static const double outlier_chi2 = 25 * CORNERS;
+// Five deviations in each of the eight numbers: the loss deals with what is less. A tag that is
+// partly covered can have a wide covariance of its own and pass; it is far off all the same.
+static const double outlier_chi2 = 25 * CORNERS, outlier_rms = 10;
 
-static int reject_outliers(struct bundle *b, double scale)
+// Root mean square distance of a sighting's corners from their projections.
+static double rms_of(const struct bundle *b, const struct sighting *s)
 {
-    int changed = 0;
+    double r[4][2], squares = 0;
+    if (!bundle_residual(b, s, r))
+        return INFINITY;
+    for (int k = 0; k < 4; k++)
+        squares += r[k][0] * r[k][0] + r[k][1] * r[k][1];
+    return sqrt(squares / 4);
+}
+
+// Mark the sightings that disagree; *changed is how many changed sides.
+static enum status reject_outliers(struct bundle *b, double scale, int *changed, struct error *err)
+{
+    double *rms = malloc((size_t)(b->sightings + 1) * sizeof *rms);
+    if (!rms)
+        return cap_fail(err, STATUS_MEMORY, "bundle of %d tags", b->sightings);
+    for (int i = 0; i < b->sightings; i++)
+        rms[i] = rms_of(b, b->sighting + i);
+    qsort(rms, (size_t)b->sightings, sizeof *rms, compare_doubles);
+    double median = b->sightings ? rms[b->sightings / 2] : 0;
+    free(rms);
+    *changed = 0;
     for (int i = 0; i < b->sightings; i++) {
-        bool rejected = chi2_of(b, b->sighting + i) > outlier_chi2 * scale;
-        changed += rejected != b->sighting[i].rejected;
-        b->sighting[i].rejected = rejected;
+        struct sighting *s = b->sighting + i;
+        bool rejected = chi2_of(b, s) > outlier_chi2 * scale || rms_of(b, s) > outlier_rms * median;
+        *changed += rejected != s->rejected;
+        s->rejected = rejected;
     }
-    return changed;
+    return STATUS_OK;
 }
 
 // ---- the problem for Ceres
@@ -400,7 +422,9 @@ static enum status settle(struct bundle *b, struct workspace *w, bool reject, do
             status = cap_fail(err, STATUS_MEMORY, "bundle of %d tags", b->sightings);
         bool steady = fabs(log(new_scale / *scale)) < 0.05;
         *scale = new_scale;
-        int changed = !status && reject ? reject_outliers(b, *scale) : 0;
+        int changed = 0;
+        if (!status && reject)
+            status = reject_outliers(b, *scale, &changed, err);
         if (steady && changed == 0)
             break;
     }

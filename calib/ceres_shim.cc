@@ -110,6 +110,8 @@ enum status ceres_covariance(struct ceres_problem *problem, struct error *err)
         build(ceres_problem, *problem);
         ceres::Covariance::Options options;
         options.algorithm_type = ceres::SPARSE_QR;
+        // SuiteSparse's QR calls a threaded BLAS, whose sums differ in the last bits between runs.
+        options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
         options.num_threads = 1;
         ceres::Covariance covariance(options);
         std::vector<std::pair<const double *, const double *>> blocks;

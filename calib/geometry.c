@@ -162,7 +162,8 @@ static enum status first_calibration(struct calibration *c, const struct capture
     return status;
 }
 
-// A tag rejected in most of its views is not where capture.yaml says: name it, and drop it.
+// A tag rejected in most of its views is not where capture.yaml says: name it, and drop it. (One
+// or two views may have it partly covered.)
 static bool drop_misplaced(struct sightings *list, const struct capture *capture, struct run *run)
 {
     bool dropped = false;
@@ -173,7 +174,7 @@ static bool drop_misplaced(struct sightings *list, const struct capture *capture
                 seen++;
                 rejected += list->sighting[i].rejected;
             }
-        if (rejected < 2 || 2 * rejected <= seen)
+        if (rejected < 3 || 2 * rejected <= seen)
             continue;
         cap_warn(run, "tag %d is not where capture.yaml says (in %d of %d photographs): not used",
                  capture->tag[place].id, rejected, seen);
