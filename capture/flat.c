@@ -161,12 +161,52 @@ static bool normalise(struct flat *flat, float *row)
     return low[0] > 0 && low[1] > 0 && low[2] > 0;
 }
 
+void flat_row(const struct flat *flat, int y, float *row)
+{
+    double ty[FLAT_DEGREE + 1], sum[3][FLAT_DEGREE + 1] = {{0}};
+    chebyshev(place(y, flat->height), ty);
+    for (int c = 0; c < 3; c++)
+        for (int j = 0, k = 0; j <= FLAT_DEGREE; j++)
+            for (int i = 0; i + j <= FLAT_DEGREE; i++)
+                sum[c][i] += flat->coefficient[c][k++] * ty[j];
+    for (int c = 0; c < 3; c++) {
+        float along[FLAT_DEGREE + 1];
+        for (int i = 0; i <= FLAT_DEGREE; i++)
+            along[i] = (float)sum[c][i];
+        for (int x = 0; x < flat->width; x++) {
+            float v = along[0];
+            for (int i = 1; i <= FLAT_DEGREE; i++)
+                v += along[i] * flat->across[(size_t)i * flat->width + x];
+            row[3 * x + c] = v;
+        }
+    }
+}
+
+void flat_free(struct flat *flat)
+{
+    free(flat->across);
+    *flat = (struct flat){0};
+}
+
+/* The table flat_row() reads. */
+static bool fill_across(struct flat *flat)
+{
+    flat->across = malloc((size_t)(FLAT_DEGREE + 1) * flat->width * sizeof *flat->across);
+    for (int x = 0; flat->across && x < flat->width; x++) {
+        double t[FLAT_DEGREE + 1];
+        chebyshev(place(x, flat->width), t);
+        for (int i = 0; i <= FLAT_DEGREE; i++)
+            flat->across[(size_t)i * flat->width + x] = (float)t[i];
+    }
+    return flat->across != NULL;
+}
+
 bool flat_fit_image(struct flat *flat, const float *image, int width, int height)
 {
     struct cells cells = {0};
     struct flat made = {.width = width, .height = height};
     float *row = malloc(3 * (size_t)width * sizeof *row);
-    bool ok = row && cells_make(&cells, image, width, height);
+    bool ok = row && fill_across(&made) && cells_make(&cells, image, width, height);
     for (int c = 0; c < 3 && ok; c++) {
         double deviation, reach = INFINITY;
         memset(cells.model, 0, (size_t)cells.count * sizeof *cells.model);
@@ -176,33 +216,14 @@ bool flat_fit_image(struct flat *flat, const float *image, int width, int height
         }
     }
     ok = ok && normalise(&made, row);
-    if (ok)
+    if (ok) {
         *flat = made;
+        made = (struct flat){0};  // the caller's now
+    }
+    flat_free(&made);
     cells_free(&cells);
     free(row);
     return ok;
-}
-
-void flat_row(const struct flat *flat, int y, float *row)
-{
-    double ty[FLAT_DEGREE + 1], along[3][FLAT_DEGREE + 1] = {{0}};
-    chebyshev(place(y, flat->height), ty);
-    for (int c = 0; c < 3; c++)
-        for (int j = 0, k = 0; j <= FLAT_DEGREE; j++)
-            for (int i = 0; i + j <= FLAT_DEGREE; i++)
-                along[c][i] += flat->coefficient[c][k++] * ty[j];
-    for (int x = 0; x < flat->width; x++) {
-        double t = place(x, flat->width);
-        for (int c = 0; c < 3; c++) {
-            double next = 0, after = 0;  // Clenshaw's recurrence
-            for (int i = FLAT_DEGREE; i > 0; i--) {
-                double sum = along[c][i] + 2 * t * next - after;
-                after = next;
-                next = sum;
-            }
-            row[3 * x + c] = (float)(along[c][0] + t * next - after);
-        }
-    }
 }
 
 /* The flat frame, less black. */

@@ -6,11 +6,14 @@
 
 enum { FLAT_DEGREE = 6, FLAT_TERMS = (FLAT_DEGREE + 1) * (FLAT_DEGREE + 2) / 2 };
 
-/** A smooth model of what a lens leaves of the light, at most 1, per channel; see flat.c. */
+/** A smooth model of what a lens leaves of the light, at most 1, per channel; see flat.c. Owns
+ *  across; {0} is empty; release with flat_free(). */
 struct flat {
     int width, height;
     double coefficient[3][FLAT_TERMS];
+    float *across;  // [FLAT_DEGREE + 1][width]: the polynomials along a row
 };
+void flat_free(struct flat *flat);
 
 /** Fit capture->flat, photographed with a sensor of known levels.
  *  STATUS_IO, STATUS_FORMAT; STATUS_DATA: another size, saturated, dark. */

@@ -101,8 +101,9 @@ static void weigh_frames(float *restrict numerator, float *restrict denominator,
         const uint16_t *restrict v = dn[f] + from;
         float t = (float)time[f], number = (float)f;
         for (int i = 0; i < count; i++) {
-            float signal = x[i] > 0 ? x[i] * t : 0;
-            float weight = used[i] > number ? t / (read2[i] + signal * slope[i]) : 0;
+            float signal = (x[i] > 0 ? x[i] : 0) * t;
+            float weight = t / (read2[i] + signal * slope[i]);
+            weight = used[i] > number ? weight : 0;
             numerator[i] += weight * ((float)v[i] - black[i]);
             denominator[i] += weight * t;
         }

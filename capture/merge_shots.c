@@ -142,6 +142,13 @@ static enum status merge_shot(const struct job *job, const struct shot *shot, bo
     return status;
 }
 
+static void free_flats(struct flat *flat, int cameras)
+{
+    for (int k = 0; flat && k < cameras; k++)
+        flat_free(&flat[k]);
+    free(flat);
+}
+
 /* Flat frames of all cameras; *flats stays NULL where capture.yaml names none. */
 static enum status fit_flats(struct flat **flats, const struct capture *capture,
                              const struct sensor *sensor, struct error *err)
@@ -155,7 +162,7 @@ static enum status fit_flats(struct flat **flats, const struct capture *capture,
     for (int k = 0; k < capture->cameras && !status; k++)
         status = flat_fit(&made[k], capture, &sensor[k], k, err);
     if (status)
-        free(made);
+        free_flats(made, capture->cameras);
     else
         *flats = made;
     return status;
@@ -204,7 +211,8 @@ enum status cap_merge(const struct capture *capture, const char *out, struct sen
         status = cap_fail(err, STATUS_MEMORY, "%s", out);
     if (!status)
         status = cap_make_folder(folder, err);
-    cap_stage(run, "levels", capture->cameras);
+    if (!status)
+        cap_stage(run, "levels", capture->cameras);
     for (int k = 0; k < capture->cameras && !status; k++)
         status = cap_sensor_find(&found[k], capture, k, run, err);
     if (!status)
@@ -216,7 +224,7 @@ enum status cap_merge(const struct capture *capture, const char *out, struct sen
         memcpy(sensor, found, (size_t)capture->cameras * sizeof *found);
     if (!status && usable)
         memcpy(usable, has_map, (size_t)capture->shots * sizeof *has_map);
-    free(flat);
+    free_flats(flat, capture->cameras);
     free(has_map);
     free(left_out);
     free(found);

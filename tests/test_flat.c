@@ -47,6 +47,7 @@ static void test_exact_polynomial_is_found_exactly(void **state)
     free(image);
     // Cells of 3 x 3 pixels average the curvature: 1e-5; the rest is float rounding.
     assert_near(largest_error(&flat), 0, 3e-5);
+    flat_free(&flat);
 }
 
 static void test_noise_and_dust_do_little(void **state)
@@ -59,6 +60,7 @@ static void test_noise_and_dust_do_little(void **state)
     // At a corner all polynomials peak: variance 1 %^2 / 98304 times the sum of (2i + 1)(2j + 1)
     // over i + j <= 6, which is 532: 0.074 %, of which 4 standard deviations.
     assert_near(largest_error(&flat), 0, 4 * 7.4e-4);
+    flat_free(&flat);
 }
 
 static void test_darkness_is_no_flat_frame(void **state)
