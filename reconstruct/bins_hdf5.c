@@ -14,11 +14,14 @@
 
 enum { SLAB = MERL_THETA_D * MERL_PHI_D };
 
+enum number { AS_INT, AS_FLOAT, AS_DOUBLE };
+
 // One dataset: its name, unit, and how a bin's numbers get in and out.
 struct layer {
     const char *name, *units, *what;
-    int values;  // 1 or 3
-    bool wide;   // double in the file
+    int values;          // 1 or 3
+    enum number number;  // in the file
+    bool needed;         // to read the file
     void (*get)(const struct bin *b, double *value);
     void (*set)(struct bin *b, const double *value);
 };
@@ -69,13 +72,41 @@ static void set_count(struct bin *b, const double *v)
     b->count = (int32_t)*v;
 }
 
+static void get_systematic(const struct bin *b, double *v)
+{
+    *v = b->systematic;
+}
+
+// After sigma is set: what is not shared is noise.
+static void set_systematic(struct bin *b, const double *v)
+{
+    b->systematic = *v;
+    for (int c = 0; c < 3; c++) {
+        double shared = b->mean[c] * *v;
+        b->noise[c] = sqrt(fmax(0, b->sigma[c] * b->sigma[c] - shared * shared));
+    }
+}
+
+static void get_tilt(const struct bin *b, double *v)
+{
+    *v = b->tilt;
+}
+
+static void set_tilt(struct bin *b, const double *v)
+{
+    b->tilt = *v;
+}
+
 static const struct layer layers[] = {
-    {"mean", "1/sr", "f at the centroid", 3, false, get_mean, set_mean},
-    {"stderr", "1/sr", "1 sigma of the mean, without that of the reference's albedo", 3, false,
-     get_sigma, set_sigma},
-    {"centroid", "radians", "theta_h, theta_d, phi_d of the samples", 3, true, get_centroid,
-     set_centroid},
-    {"count", "photosites", "samples in the bin", 1, false, get_count, set_count},
+    {"mean", "1/sr", "f at the centroid", 3, AS_FLOAT, true, get_mean, set_mean},
+    {"stderr", "1/sr", "1 sigma of the mean, without that of the reference's albedo", 3, AS_FLOAT,
+     true, get_sigma, set_sigma},
+    {"centroid", "radians", "theta_h, theta_d, phi_d of the samples", 3, AS_DOUBLE, true,
+     get_centroid, set_centroid},
+    {"count", "photosites", "samples in the bin", 1, AS_INT, true, get_count, set_count},
+    {"systematic", "1", "the part of stderr/mean that bins share: geometry and lamp", 1, AS_FLOAT,
+     false, get_systematic, set_systematic},
+    {"tilt", "radians", "1 sigma of theta_h", 1, AS_FLOAT, false, get_tilt, set_tilt},
 };
 enum { LAYERS = sizeof layers / sizeof *layers };
 
@@ -138,9 +169,9 @@ static bool transfer(hid_t set, int h, int values, hid_t memory_type, void *slab
 
 static hid_t file_type(const struct layer *layer)
 {
-    if (layer->values == 1)
-        return H5T_STD_I32LE;
-    return layer->wide ? H5T_IEEE_F64LE : H5T_IEEE_F32LE;
+    return layer->number == AS_INT     ? H5T_STD_I32LE
+           : layer->number == AS_FLOAT ? H5T_IEEE_F32LE
+                                       : H5T_IEEE_F64LE;
 }
 
 // The bins of theta_h index h are bin[first .. return value - 1].
@@ -154,7 +185,7 @@ static int end_of_slab(const struct bins *bins, int first, int h)
 static bool write_layer(hid_t file, const struct layer *layer, const struct bins *bins,
                         double *slab)
 {
-    double empty = layer->values == 1 ? 0 : NAN;
+    double empty = layer->number == AS_INT ? 0 : NAN;
     hid_t set = create(file, layer->name, layer->values, file_type(layer), empty);
     bool ok = set >= 0 && put_text(set, "units", layer->units)
               && put_text(set, "description", layer->what);
@@ -249,6 +280,8 @@ static bool has_shape(hid_t set, int values)
 
 static bool read_layer(hid_t file, const struct layer *layer, struct bins *bins, double *slab)
 {
+    if (!layer->needed && H5Lexists(file, layer->name, H5P_DEFAULT) <= 0)
+        return true;
     hid_t set = H5Dopen2(file, layer->name, H5P_DEFAULT);
     bool ok = set >= 0 && has_shape(set, layer->values);
     for (int h = 0, first = 0; ok && h < MERL_THETA_H; h++) {
@@ -289,7 +322,7 @@ static bool sound(const struct bins *bins)
     for (int i = 0; i < bins->count; i++) {
         const struct bin *b = &bins->bin[i];
         if (b->count < 1 || !isfinite(b->centroid.theta_h + b->centroid.theta_d)
-            || rec_merl_index(b->centroid) != b->index)
+            || !(b->systematic >= 0) || !(b->tilt >= 0) || rec_merl_index(b->centroid) != b->index)
             return false;
         for (int c = 0; c < 3; c++)
             if (!isfinite(b->mean[c]) || !(b->sigma[c] >= 0))

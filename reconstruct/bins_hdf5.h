@@ -14,8 +14,8 @@ struct bins_about {
 /** Write bins.h5, complete or not at all. status is [MERL_BINS]. STATUS_IO. */
 enum status rec_bins_write(const struct bins *bins, const uint8_t *status,
                            const struct bins_about *about, const char *path, struct error *err);
-/** The bins with status 1 of a bins.h5. Their sigma is the file's, of which the parts are not
- *  known: noise is all of it. On success the caller owns *bins. STATUS_IO, STATUS_FORMAT,
+/** The bins with status 1 of a bins.h5. What is in sigma besides `systematic` counts as noise; all
+ *  of it, where the file does not tell. On success the caller owns *bins. STATUS_IO, STATUS_FORMAT,
  *  STATUS_MEMORY. */
 enum status rec_bins_read(struct bins *bins, const char *path, struct error *err);
 

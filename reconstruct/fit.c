@@ -171,10 +171,10 @@ static enum status fit_one(struct fit *fit, struct fitting *t, const struct mode
     *fit = (struct fit){.model = model, .bins = d->alls};
     enum status status = try_starts(t, d, albedo, err);
     if (!status)
-        status = descend(t, d->seen, d->seens, 25, NULL, err);
+        status = descend(t, d->seen, d->seens, 20, NULL, err);
     if (!status) {
         judge(fit, t, d, scratch);
-        status = descend(t, d->all, d->alls, 10, NULL, err);
+        status = descend(t, d->all, d->alls, 5, NULL, err);
     }
     if (!status) {
         rec_fit_to_model(&t->f, t->solver, fit->value);
@@ -270,7 +270,7 @@ static enum status fit_one_again(struct fit *fit, const struct fit_point *points
 {
     struct fitting t = {.f = rec_fit_model(fit->model, points, NULL)};
     rec_fit_to_solver(&t.f, fit->value, t.solver);
-    enum status status = descend(&t, d->all, d->alls, 10, NULL, err);
+    enum status status = descend(&t, d->all, d->alls, 5, NULL, err);
     if (!status) {
         rec_fit_to_model(&t.f, t.solver, fit->value);
         rec_fit_sigma(&t.f, d->alls, t.solver, fit->sigma);

@@ -29,6 +29,10 @@ static void test_round_trip(void **state)
 {
     (void)state;
     struct bins a = some_bins(), b = {0};
+    for (int i = 0; i < a.count; i++) {
+        a.bin[i].systematic = 0.01;
+        a.bin[i].tilt = 1e-4 * i;
+    }
     write_bins(&a);
     assert_int_equal(rec_bins_read(&b, path, NULL), STATUS_OK);
     assert_int_equal(a.count, b.count);
@@ -37,6 +41,8 @@ static void test_round_trip(void **state)
         assert_int_equal(x->index, y->index);
         assert_int_equal(x->count, y->count);
         assert_memory_equal(&x->centroid, &y->centroid, sizeof x->centroid);
+        assert_near(x->systematic, y->systematic, 1e-9);
+        assert_near(x->tilt, y->tilt, 6e-8 * x->tilt);
         for (int c = 0; c < 3; c++) {
             assert_near(x->mean[c], y->mean[c], 6e-8 * fabs(x->mean[c]));  // float's rounding
             assert_near(x->sigma[c], y->sigma[c], 6e-8 * x->sigma[c]);

@@ -1,0 +1,80 @@
+/* bounce_map.c -- what the lit board adds to a view's photosites on the sample.
+ *
+ * Method.   cal_bounce() sums over thousands of cells of the board; over the sample that sum is
+ *           smooth, so it is taken on a grid of a fortieth of the sample's box and interpolated.
+ *           Near the outline, where it rises with Fresnel's term, it is taken at the photosite.
+ */
+#include "bounce_map.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { GRID = 40 };
+static const double GRAZING = 0.35;  // cosine below which nothing is interpolated
+
+enum node_state { NODE_UNKNOWN, NODE_GOOD, NODE_OFF };
+struct bounce_node {
+    enum node_state state;
+    double radiance[3];
+};
+
+enum status rec_bounce_make(struct bounce_map *map, const struct calibration *calibration,
+                            int view, const struct viewing *viewing, pixel_box box,
+                            struct error *err)
+{
+    struct bounce_map m = {.calibration = calibration, .viewing = viewing, .view = view,
+                           .box = box};
+    if (calibration->surroundings.count && calibration->surroundings.strength > 0) {
+        m.step = 1 + (box.x1 - box.x0 > box.y1 - box.y0 ? box.x1 - box.x0 : box.y1 - box.y0) / GRID;
+        m.columns = (box.x1 - box.x0) / m.step + 2;
+        m.rows = (box.y1 - box.y0) / m.step + 2;
+        m.node = calloc((size_t)m.columns * (size_t)m.rows, sizeof *m.node);
+        if (!m.node)
+            return cap_fail(err, STATUS_MEMORY, "%d x %d bounced nodes", m.columns, m.rows);
+    }
+    *map = m;
+    return STATUS_OK;
+}
+
+void rec_bounce_free(struct bounce_map *map)
+{
+    free(map->node);
+    *map = (struct bounce_map){0};
+}
+
+/** The node (i, j), computed when it is first asked for. */
+static const struct bounce_node *node_at(struct bounce_map *m, int i, int j)
+{
+    struct bounce_node *node = &m->node[(size_t)j * (size_t)m->columns + (size_t)i];
+    if (node->state != NODE_UNKNOWN)
+        return node;
+    const double pixel[2] = {m->box.x0 + (double)i * m->step, m->box.y0 + (double)j * m->step};
+    const struct viewing *v = m->viewing;
+    vec3 ray = mat3_mul_t(&v->view_from_world, cal_ray(v->camera, pixel));
+    meeting at = rec_meet(v->sample, v->eye, ray);
+    node->state = at.hit && -vec3_dot(at.normal, ray) > GRAZING ? NODE_GOOD : NODE_OFF;
+    if (node->state == NODE_GOOD)
+        cal_bounce(m->calibration, m->view, at.point, at.normal, vec3_scale(ray, -1),
+                   node->radiance);
+    return node;
+}
+
+void rec_bounce_at(struct bounce_map *m, const footprint *a, int x, int y, double radiance[3])
+{
+    memset(radiance, 0, sizeof(double[3]));
+    if (!m->node)
+        return;
+    int i = (x - m->box.x0) / m->step, j = (y - m->box.y0) / m->step;
+    double s = (double)(x - m->box.x0) / m->step - i, t = (double)(y - m->box.y0) / m->step - j;
+    const double weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
+    for (int k = 0; k < 4; k++) {
+        const struct bounce_node *node = node_at(m, i + (k & 1), j + (k >> 1));
+        if (node->state == NODE_OFF) {
+            cal_bounce(m->calibration, m->view, a->point, a->normal, a->wo, radiance);
+            return;
+        }
+        for (int c = 0; c < 3; c++)
+            radiance[c] += weight[k] * node->radiance[c];
+    }
+}

@@ -1,0 +1,27 @@
+/* bounce_map.h -- what the lit board adds to a view's photosites on the sample. */
+#ifndef GONIOCAM_BOUNCE_MAP_H
+#define GONIOCAM_BOUNCE_MAP_H
+
+#include "footprint.h"
+
+/** Bounced radiance of one view on a grid of pixels, filled where it is asked for. For one thread.
+ *  Owns node; {0} is empty; rec_bounce_free(). */
+struct bounce_map {
+    const struct calibration *calibration;
+    const struct viewing *viewing;
+    int view, step, columns, rows;
+    pixel_box box;
+    struct bounce_node *node;  // [rows][columns]
+};
+
+/** An empty map over the box. Where the calibration knows of no surroundings it gives 0. */
+enum status rec_bounce_make(struct bounce_map *map, const struct calibration *calibration,
+                            int view, const struct viewing *viewing, pixel_box box,
+                            struct error *err);
+void rec_bounce_free(struct bounce_map *map);
+
+/** The bounced radiance [3] (of the scene: vignetting not applied) at a photosite with footprint
+ *  a. */
+void rec_bounce_at(struct bounce_map *map, const footprint *a, int x, int y, double radiance[3]);
+
+#endif
