@@ -19,12 +19,11 @@ struct bounce_node {
     double radiance[3];
 };
 
-enum status rec_bounce_make(struct bounce_map *map, const struct calibration *calibration,
-                            int view, const struct viewing *viewing, pixel_box box,
-                            struct error *err)
+enum status rec_bounce_make(struct bounce_map *map, const struct calibration *calibration, int view,
+                            const struct viewing *viewing, pixel_box box, struct error *err)
 {
-    struct bounce_map m = {.calibration = calibration, .viewing = viewing, .view = view,
-                           .box = box};
+    struct bounce_map m = {
+        .calibration = calibration, .viewing = viewing, .view = view, .box = box};
     if (calibration->surroundings.count && calibration->surroundings.strength > 0) {
         m.step = 1 + (box.x1 - box.x0 > box.y1 - box.y0 ? box.x1 - box.x0 : box.y1 - box.y0) / GRID;
         m.columns = (box.x1 - box.x0) / m.step + 2;

@@ -15,9 +15,8 @@ struct bounce_map {
 };
 
 /** An empty map over the box. Where the calibration knows of no surroundings it gives 0. */
-enum status rec_bounce_make(struct bounce_map *map, const struct calibration *calibration,
-                            int view, const struct viewing *viewing, pixel_box box,
-                            struct error *err);
+enum status rec_bounce_make(struct bounce_map *map, const struct calibration *calibration, int view,
+                            const struct viewing *viewing, pixel_box box, struct error *err);
 void rec_bounce_free(struct bounce_map *map);
 
 /** The bounced radiance [3] (of the scene: vignetting not applied) at a photosite with footprint

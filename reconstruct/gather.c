@@ -2,7 +2,9 @@
 #include "gather.h"
 
 #include "bins.h"
+#include "bounce_map.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 // What the threads share: they read it all, and write `status` and `err` one at a time.
@@ -67,6 +69,9 @@ static enum status add_shot(struct tally *tally, struct census *census, const st
     if (status)
         return status;
     pixel_box box = rec_sample_box(&v);
+    struct bounce_map bounce = {0};
+    status = rec_bounce_make(&bounce, c, view, &v, box, err);
+    v.bounce = &bounce;
     int64_t used = census->photosites[FATE_USED];
     for (int y = box.y0; y < box.y1 && !status; y++)
         for (int x = box.x0; x < box.x1 && !status; x++) {
@@ -74,12 +79,15 @@ static enum status add_shot(struct tally *tally, struct census *census, const st
             bool hit;
             enum fate fate = rec_sample_at(&sample, &v, &map, x, y, &hit);
             census->photosites[fate] += hit;
-            if (fate == FATE_USED)
-                status = rec_tally_add(tally, &sample, err);
+            if (fate != FATE_USED)
+                continue;
+            census->bounced_ppm += llround(1e6 * sample.bounced);
+            status = rec_tally_add(tally, &sample, err);
         }
     if (census->photosites[FATE_USED] == used)
         cap_warn(g->run, "shot %s: no photosite shows lit sample", v.view->name);
     census->shots++;
+    rec_bounce_free(&bounce);
     cap_radiance_free(&map);
     return status;
 }
@@ -99,6 +107,7 @@ static void add_census(struct census *to, const struct census *from)
 {
     for (int k = 0; k < FATES; k++)
         to->photosites[k] += from->photosites[k];
+    to->bounced_ppm += from->bounced_ppm;
     to->shots += from->shots;
 }
 

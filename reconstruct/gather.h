@@ -7,6 +7,7 @@
 /** Where the photosites went. Photosites whose ray misses the sample are not counted. */
 struct census {
     int64_t photosites[FATES];
+    int64_t bounced_ppm;  // sum over used photosites: the part of radiance that the board brought
     int shots;
 };
 

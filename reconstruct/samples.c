@@ -2,10 +2,11 @@
  *
  * Method.   f = L / (V light cos(theta_i)/r^2), with the directions and the irradiance of the
  *           footprint (footprint.c) and L the radiance of the map.
+ *           What the lit board adds to L is taken out first (bounce_map.c).
  * Errors.   Noise is the map's. What a wrong sphere, pose or lamp does (sample_errors.c) neighbours
  *           share: it is kept apart from noise and never averages out (bins.c).
  */
-#include "footprint.h"
+#include "bounce_map.h"
 #include "sample_errors.h"
 
 #include <assert.h>
@@ -50,6 +51,8 @@ struct viewing rec_viewing(const struct calibration *calibration, int view,
                          + square(of->sigma_translation[2]))
                         / 3);
     v.shake = sigma * fmin(1, height / distance);
+    const struct surroundings *around = &calibration->surroundings;
+    v.bounce_sigma = around->strength > 0 ? around->sigma_strength / around->strength : 0;
     return v;
 }
 
@@ -160,16 +163,22 @@ static enum fate read_photosite(reflectance_sample *out, const struct viewing *v
     const double limit = 1e5;  // 1/sr: a mirror whose lobe is 0.1 degrees wide; see bins.c
     size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)x);
     double pixel[2] = {x, y}, vignetting = cal_vignetting(v->camera, pixel);
+    double bounced[3] = {0}, extra = 0, all = 0;
+    if (v->bounce)
+        rec_bounce_at(v->bounce, a, x, y, bounced);
     for (int c = 0; c < 3; c++) {
         double value = (double)map->value[at + c], variance = (double)map->variance[at + c];
         if (isinf(variance))
             return FATE_SATURATED;
         double scale = 1 / (vignetting * v->light[c] * a->irradiance);
-        out->f[c] = value * scale;
+        out->f[c] = (value - vignetting * bounced[c]) * scale;
         out->noise[c] = variance * scale * scale;
         if (!(fabs(out->f[c]) < limit) || !(out->noise[c] >= 0 && out->noise[c] < limit * limit))
             return FATE_UNUSABLE;
+        extra += vignetting * bounced[c];
+        all += value;
     }
+    out->bounced = extra > 0 && all > 0 ? fmin(extra / all, 1) : 0;
     return FATE_USED;
 }
 
@@ -191,7 +200,9 @@ enum fate rec_sample_at(reflectance_sample *out, const struct viewing *viewing,
     out->spread[0] = a.spread[0];
     out->spread[1] = a.spread[1];
     shared_errors shared = rec_shared_errors(viewing, &a);
-    out->systematic = shared.systematic;
+    // What is left after a part b was taken out, known to bounce_sigma, is off by b/(1 - b) of it.
+    double left = fmax(1 - out->bounced, 0.02);
+    out->systematic = hypot(shared.systematic, viewing->bounce_sigma * out->bounced / left);
     out->tilt = shared.tilt;
     out->weight = weight_of(expected_noise2(map, x, y) + square(out->systematic));
     return FATE_USED;

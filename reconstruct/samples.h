@@ -30,6 +30,7 @@ typedef struct {
     double tilt;        // 1 sigma of theta_h
     double spread[2];   // variance of the normal over the photosite: towards h, across; rad^2
     double weight;      // (0, 1]; no function of this photosite's own noise
+    double bounced;     // part of the radiance that the lit board brought, taken out of f
 } reflectance_sample;
 
 /** All that a photosite needs to know of its shot. Borrows everything. */
@@ -40,11 +41,13 @@ struct viewing {
     const struct sample *sample;
     const struct lens_table *lens;
     const struct board_extent *board;  // may be NULL
+    struct bounce_map *bounce;         // the lit board's light, may be NULL: there is none
     mat3 view_from_world;
     vec3 eye, lamp_position;
-    double light[3];  // intensity (or irradiance) times power
-    double shake;     // 1 sigma of the ray at the sample from the pose, mm
-    double dimming;   // 1 sigma of ln(light)
+    double light[3];      // intensity (or irradiance) times power
+    double shake;         // 1 sigma of the ray at the sample from the pose, mm
+    double dimming;       // 1 sigma of ln(light)
+    double bounce_sigma;  // of the bounced light, relative
 };
 
 /** The board's rectangle in the plane z = 0 of the world. */
