@@ -76,12 +76,14 @@ static void choose_frames(float *restrict sum, float *restrict used, const struc
     for (int f = 0; f < frames; f++) {
         const uint16_t *restrict v = dn[f] + from;
         float share = f > 0 ? (float)(time[f] / (total + time[f])) : 0, before = (float)f;
+#pragma omp simd
         for (int i = 0; i < count; i++) {
             float d = (float)v[i] - black[i];
-            bool serves =
-                (used[i] == before) & ((sum[i] + d) * share < safe[i]) & ((float)v[i] < usable[i]);
-            sum[i] += serves ? d : 0;
-            used[i] += serves ? 1 : 0;
+            float serves = used[i] == before ? 1.0f : 0.0f;
+            serves = (sum[i] + d) * share < safe[i] ? serves : 0.0f;
+            serves = (float)v[i] < usable[i] ? serves : 0.0f;
+            sum[i] += serves * d;
+            used[i] += serves;
         }
         total += time[f];
     }
@@ -100,6 +102,7 @@ static void weigh_frames(float *restrict numerator, float *restrict denominator,
     for (int f = 0; f < frames; f++) {
         const uint16_t *restrict v = dn[f] + from;
         float t = (float)time[f], number = (float)f;
+#pragma omp simd
         for (int i = 0; i < count; i++) {
             float signal = (x[i] > 0 ? x[i] : 0) * t;
             float weight = t / (read2[i] + signal * slope[i]);

@@ -53,9 +53,9 @@ static double seen_ratio(const struct sensor *sensor, int c, const struct bracke
 }
 
 static void add_pair(struct bin *bin, struct line noise, const struct sensor *sensor, int c,
-                     const struct bracket_sample *s, int f, size_t stride)
+                     const struct bracket_sample *s, int f, double ratio, size_t stride)
 {
-    double ratio = seen_ratio(sensor, c, s, f), black = sensor->black[c];
+    double black = sensor->black[c];
     double to_z = (1 + ratio) / (1 + ratio * ratio);
     double scale = 1 / sqrt(1 + ratio * ratio);
     // Photon noise must not reach into saturation: 10 % are 4 standard deviations and more for
@@ -83,8 +83,24 @@ static void add_pair(struct bin *bin, struct line noise, const struct sensor *se
     }
 }
 
+/* Ratios of the exposures of all pairs of frames, in the order of fill_bins(); 0: too near to 1. */
+static double *seen_ratios(const struct sensor *sensor, int c, const struct bracket_sample *sample,
+                           int samples)
+{
+    size_t pairs = 0;
+    for (int k = 0; k < samples; k++)
+        pairs += (size_t)sample[k].frames;
+    double *ratio = calloc(pairs + 1, sizeof *ratio), *next = ratio;
+    for (int k = 0; ratio && k < samples; k++)
+        for (int f = 1; f < sample[k].frames; f++)
+            *next++ = sample[k].time[f] > 1.2 * sample[k].time[f - 1]
+                          ? seen_ratio(sensor, c, &sample[k], f)
+                          : 0;
+    return ratio;
+}
+
 static void fill_bins(struct bin *bin, struct line noise, const struct sensor *sensor, int c,
-                      const struct bracket_sample *sample, int samples)
+                      const struct bracket_sample *sample, int samples, const double *ratio)
 {
     enum { PASSES = 3, ENOUGH = 1000000 };  // photosites a channel, all frames together
     size_t total = 0;
@@ -95,10 +111,11 @@ static void fill_bins(struct bin *bin, struct line noise, const struct sensor *s
     for (int pass = 0; pass < PASSES; pass++) {
         for (int b = 0; b < BINS; b++)
             bin[b] = (struct bin){.mean = bin[b].mean, .deviation = bin[b].deviation};
+        const double *next = ratio;
         for (int k = 0; k < samples; k++)
-            for (int f = 1; f < sample[k].frames; f++)
-                if (sample[k].time[f] > 1.2 * sample[k].time[f - 1])
-                    add_pair(bin, noise, sensor, c, &sample[k], f, stride);
+            for (int f = 1; f < sample[k].frames; f++, next++)
+                if (*next > 0)
+                    add_pair(bin, noise, sensor, c, &sample[k], f, *next, stride);
         for (int b = 0; b < BINS; b++) {
             if (bin[b].count == 0)
                 continue;
@@ -153,11 +170,13 @@ void sensor_find_noise(struct sensor *sensor, int c, const struct bracket_sample
 {
     struct bin bin[BINS];
     struct line noise = {0, 1};
-    bool found = true;
+    double *ratio = seen_ratios(sensor, c, sample, samples);
+    bool found = ratio != NULL;
     for (int round = 0; round < 3 && found; round++) {
-        fill_bins(bin, noise, sensor, c, sample, samples);
+        fill_bins(bin, noise, sensor, c, sample, samples, ratio);
         found = fit_line(bin, rounding(known), &noise);
     }
+    free(ratio);
     if (!found) {
         // The middle of the road: a full well of 20000 electrons, and read noise of 5.
         sensor->gain[c] = 20000 / (sensor->white[c] - sensor->black[c]);
