@@ -133,8 +133,9 @@ static double keep_within(double x, double low, double high)
 static half_diff centroid(const struct bin_sums *s, int bin)
 {
     int p = bin % MERL_PHI_D, d = bin / MERL_PHI_D % MERL_THETA_D;
-    double h = bin / (MERL_PHI_D * MERL_THETA_D), w = unfix(s->w);
-    double quarter = CAP_PI / 2, r0 = h / MERL_THETA_H, r1 = (h + 1) / MERL_THETA_H;
+    int h = bin / (MERL_PHI_D * MERL_THETA_D);
+    double w = unfix(s->w), quarter = CAP_PI / 2;
+    double r0 = (double)h / MERL_THETA_H, r1 = (h + 1.0) / MERL_THETA_H;
     return (half_diff){
         .theta_h = keep_within(unfix(s->w_angle[0]) / w, r0 * r0 * quarter, r1 * r1 * quarter),
         .theta_d = keep_within(unfix(s->w_angle[1]) / w, quarter * d / MERL_THETA_D,

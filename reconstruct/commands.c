@@ -68,27 +68,31 @@ static int run_reconstruct(const struct arguments *args)
 
 enum { MODELS_MAX = 64 };
 
+static void tell_models(const char *wrong)
+{
+    fprintf(stderr, "goniocam: no model is called '%s'; there are:", wrong);
+    for (const struct model *const *m = rec_models; *m; m++)
+        fprintf(stderr, " %s", (*m)->name);
+    fprintf(stderr, "\n");
+}
+
 // "ggx,lambert" to models. false: one is unknown, and a message is out.
 static bool models_named(const struct model **models, int *count, const char *names)
 {
-    char copy[1024];
-    char *rest = NULL;
-    if (strlen(names) >= sizeof copy)
-        return false;
-    strcpy(copy, names);
+    char *rest = NULL, *copy = strdup(names);
+    bool known = copy != NULL;
     *count = 0;
-    for (char *name = strtok_r(copy, ",", &rest); name; name = strtok_r(NULL, ",", &rest)) {
+    for (char *name = known ? strtok_r(copy, ",", &rest) : NULL; known && name;
+         name = strtok_r(NULL, ",", &rest)) {
         const struct model *model = rec_model_find(name);
-        if (!model || *count == MODELS_MAX) {
-            fprintf(stderr, "goniocam: no model is called '%s'; there are:", name);
-            for (const struct model *const *m = rec_models; *m; m++)
-                fprintf(stderr, " %s", (*m)->name);
-            fprintf(stderr, "\n");
-            return false;
-        }
-        models[(*count)++] = model;
+        known = model && *count < MODELS_MAX;
+        if (known)
+            models[(*count)++] = model;
+        else
+            tell_models(name);
     }
-    return *count > 0;
+    free(copy);
+    return known && *count > 0;
 }
 
 static bool is_folder(const char *path)
@@ -121,10 +125,8 @@ static char *fits_path(const char *input, const char *output)
         return strdup(output);
     if (is_folder(input))
         return cap_path(input, "fits.yaml");
-    char *path = malloc(strlen(input) + sizeof ".fits.yaml");
-    if (path)
-        strcat(strcpy(path, input), ".fits.yaml");
-    return path;
+    char *path;
+    return asprintf(&path, "%s.fits.yaml", input) < 0 ? NULL : path;
 }
 
 static int run_fit(const struct arguments *args)

@@ -13,6 +13,7 @@
 #include "ceres_shim.h"
 #include "quantile.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -31,6 +32,7 @@ struct fitting {
 static void body_albedo(double albedo[3], const struct fit_point *points, int count,
                         double *scratch)
 {
+    assert(count > 0 && scratch);
     for (int c = 0; c < 3; c++) {
         for (int i = 0; i < count; i++)
             scratch[i] = points[i].f[c];
@@ -241,6 +243,7 @@ enum status rec_fit(struct fits *fits, const struct bins *bins, const struct mod
     if (!models)
         for (models = rec_models, count = 0; rec_models[count];)
             count++;
+    assert(count > 0);
     enum status status = rec_fit_points(&points, &n, bins, WANTED, err);
     if (!status)
         status = divide(&d, points, n, err);

@@ -101,9 +101,12 @@ static bool number(const yaml_node_t *node, double *value)
     if (!node || node->type != YAML_SCALAR_NODE || !node->data.scalar.length)
         return false;
     const char *text = (const char *)node->data.scalar.value;
-    char *end;
-    *value = strcmp(text, ".nan") == 0 ? NAN : strtod(text, &end);
-    return isnan(*value) || !*end;
+    char *end = NULL;
+    *value = strtod(text, &end);
+    if (strcmp(text, ".nan") != 0)
+        return !*end;
+    *value = NAN;
+    return true;
 }
 
 // A number, or a list of `size` of them, or one number for all of them.
@@ -130,7 +133,7 @@ static enum status read_parameters(struct reading *r, struct fit *fit, const yam
         const yaml_node_t *node = member(r, map, p->name);
         const yaml_node_t *value =
             node && node->type == YAML_MAPPING_NODE ? member(r, node, "value") : node;
-        if (!numbers(r, value, &fit->value[k], p->size))
+        if (!value || !numbers(r, value, &fit->value[k], p->size))
             return complain(r, node ? node : map,
                             p->size == 1 ? ": a number is wanted" : ": three numbers are wanted",
                             p->name);

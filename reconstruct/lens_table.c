@@ -31,7 +31,7 @@ static int spans(int size)
 enum status rec_lens_make(struct lens_table *table, const struct camera *camera, struct error *err)
 {
     int columns = spans(camera->width) + 3, rows = spans(camera->height) + 3;
-    double(*node)[2] = malloc((size_t)columns * (size_t)rows * sizeof *node);
+    double(*node)[2] = calloc((size_t)columns * (size_t)rows, sizeof *node);
     if (!node)
         return cap_fail(err, STATUS_MEMORY, "camera %s: no memory for its rays", camera->name);
     for (int j = 1; j < rows - 1; j++)

@@ -17,7 +17,7 @@
 // The widths of a bin in theta_h, theta_d, phi_d.
 static void widths(double width[3], int index)
 {
-    double h = index / (MERL_PHI_D * MERL_THETA_D);
+    int h = index / (MERL_PHI_D * MERL_THETA_D);
     width[0] = CAP_PI / 2 * (2 * h + 1) / (MERL_THETA_H * MERL_THETA_H);
     width[1] = CAP_PI / 2 / MERL_THETA_D;
     width[2] = CAP_PI / MERL_PHI_D;

@@ -92,8 +92,18 @@ static void test_mean_and_errors_by_hand(void **state)
 {
     (void)state;
     reflectance_sample s[2] = {
-        {{0.5001, 0.7, 0.3001}, {1, 1, 1}, {0.01, 0.04, 0}, 0.02, 0.001, {0, 0}, 1},
-        {{0.5005, 0.7, 0.3005}, {2, 2, 2}, {0.01, 0.04, 0}, 0.02, 0.001, {0, 0}, 0.25},
+        {.angles = {0.5001, 0.7, 0.3001},
+         .f = {1, 1, 1},
+         .noise = {0.01, 0.04, 0},
+         .systematic = 0.02,
+         .tilt = 0.001,
+         .weight = 1},
+        {.angles = {0.5005, 0.7, 0.3005},
+         .f = {2, 2, 2},
+         .noise = {0.01, 0.04, 0},
+         .systematic = 0.02,
+         .tilt = 0.001,
+         .weight = 0.25},
     };
     struct bin b = one_bin(s, 2);
     assert_int_equal(b.count, 2);
@@ -112,8 +122,18 @@ static void test_reciprocity_is_kept_apart(void **state)
 {
     (void)state;
     reflectance_sample s[2] = {
-        {{0.5, 0.7, 0.3001}, {1.0, 1, 1}, {0, 0, 0}, 0, 0, {0, 0}, 0.5},
-        {{0.5, 0.7, 0.3001 - CAP_PI}, {1.1, 1, 1}, {0, 0, 0}, 0, 0, {0, 0}, 0.5},
+        {.angles = {0.5, 0.7, 0.3001},
+         .f = {1.0, 1, 1},
+         .noise = {0, 0, 0},
+         .systematic = 0,
+         .tilt = 0,
+         .weight = 0.5},
+        {.angles = {0.5, 0.7, 0.3001 - CAP_PI},
+         .f = {1.1, 1, 1},
+         .noise = {0, 0, 0},
+         .systematic = 0,
+         .tilt = 0,
+         .weight = 0.5},
     };
     struct bin b = one_bin(s, 2);
     assert_near(b.mean[0], 1.05, 1e-15);
@@ -126,7 +146,12 @@ static void test_reciprocity_is_kept_apart(void **state)
 static void test_the_largest_sums_fit(void **state)
 {
     (void)state;
-    reflectance_sample s = {{0.5, 0.7, 0.3}, {9.9e4, 9.9e4, 9.9e4}, {0, 0, 0}, 0, 0, {0, 0}, 1};
+    reflectance_sample s = {.angles = {0.5, 0.7, 0.3},
+                            .f = {9.9e4, 9.9e4, 9.9e4},
+                            .noise = {0, 0, 0},
+                            .systematic = 0,
+                            .tilt = 0,
+                            .weight = 1};
     struct bin b = one_bin(&s, 1);
     assert_near(b.mean[0], 9.9e4, 1e-10);
     assert_true(9.9e4 * 9.9e4 * 1e9 < ldexp(1, 127 - 60));
