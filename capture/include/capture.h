@@ -313,13 +313,13 @@ struct radiance {
 
 /** Linearity and noise of the photographs of one camera, per channel, in DN of the file:
  *  DN = black + signal, variance of DN = read_noise^2 + signal / gain. Encoded photographs are
- *  linearised first, and their DN are then 0..1. */
+ *  linearised first, and their DN are then 0..65535. */
 struct sensor {
     double black[3];
     double white[3];       // saturated photosites pile up here
-    double usable[3];      // values from here up are not used: the pile's lower edge
+    double usable[3];      // values from here up are not used: the pile's lower edge, 4 sigma
     double gain[3];        // electrons a DN
-    double read_noise[3];  // DN
+    double read_noise[3];  // DN, rounding included
 };
 
 /** Find black, white, gain and noise of camera `camera` from its brackets, where capture.yaml
