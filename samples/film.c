@@ -6,6 +6,8 @@
  * divided further from the start: such a corner may touch none of the places a pixel looks at.
  */
 #include "film.h"
+
+#include "bounce.h"
 #include "pixel.h"
 #include "shade.h"
 
@@ -34,6 +36,7 @@ struct tile_lens {
 /** What image_plane.look works on. */
 struct tile {
     const struct shot_view *view;
+    const struct bounce *bounce;  // NULL: direct light only
     struct tile_lens lens;
 };
 
@@ -85,6 +88,8 @@ static struct sight look(const void *scene, double x, double y, int shade)
                           .curved = spot.matter == MATTER_SAMPLE};
     if (shade)
         sam_shade(view, &spot, lit, wo, sight.rgb);
+    if (shade && tile->bounce)
+        sam_bounce_add(tile->bounce, &spot, sight.rgb);
     return sight;
 }
 
@@ -149,6 +154,7 @@ static void mark_all(struct marks *marks, const struct world *world)
 /** Everything that the tiles of a shot share. */
 struct exposure {
     const struct shot_view *view;
+    const struct bounce *bounce;
     const struct camera *camera;
     const unsigned char *depth;
     double floor;
@@ -158,7 +164,7 @@ struct exposure {
 static void expose_tile(const struct exposure *e, int x0, int y0)
 {
     struct sight corner[TILE + 1][TILE + 1];
-    struct tile tile = {e->view, tile_lens(e->camera, x0, y0)};
+    struct tile tile = {e->view, e->bounce, tile_lens(e->camera, x0, y0)};
     struct image_plane plane = {look, &tile, TOLERANCE, e->floor};
     int width = e->camera->width - x0 < TILE ? e->camera->width - x0 : TILE;
     int height = e->camera->height - y0 < TILE ? e->camera->height - y0 : TILE;
@@ -184,21 +190,36 @@ static double white_radiance(const struct lighting *light)
     return fmax(fmax(in.irradiance[0], in.irradiance[1]), in.irradiance[2]) / CAP_PI;
 }
 
+static void expose_tiles(const struct exposure *e, int threads)
+{
+    int columns = (e->camera->width + TILE - 1) / TILE;
+    int rows = (e->camera->height + TILE - 1) / TILE;
+#pragma omp parallel for schedule(dynamic) num_threads(threads)
+    for (int t = 0; t < rows * columns; t++)
+        expose_tile(e, t % columns * TILE, t / columns * TILE);
+}
+
 enum status sam_film_expose(const struct world *world, const struct scene_shot *shot, int threads,
                             float *value, struct error *err)
 {
     const struct camera *camera = &world->scene->camera;
     struct shot_view view = sam_shot_view(world, shot);
+    struct bounce bounce = {0};
     unsigned char *depth = calloc((size_t)camera->width * (size_t)camera->height, 1);
+    enum status status = STATUS_OK;
     if (!depth)
-        return cap_fail(err, STATUS_MEMORY, "a picture of %d x %d", camera->width, camera->height);
-    struct marks marks = {depth, camera, shot->view_from_world};
-    mark_all(&marks, world);
-    struct exposure e = {&view, camera, depth, FLOOR * white_radiance(&view.light), value};
-    int columns = (camera->width + TILE - 1) / TILE, rows = (camera->height + TILE - 1) / TILE;
-#pragma omp parallel for schedule(dynamic) num_threads(threads)
-    for (int t = 0; t < rows * columns; t++)
-        expose_tile(&e, t % columns * TILE, t / columns * TILE);
+        status =
+            cap_fail(err, STATUS_MEMORY, "a picture of %d x %d", camera->width, camera->height);
+    if (!status && world->scene->bounces)
+        status = sam_bounce_build(&bounce, &view, threads, err);
+    if (!status) {
+        struct marks marks = {depth, camera, shot->view_from_world};
+        struct exposure e = {&view, world->scene->bounces ? &bounce : NULL, camera,
+                             depth, FLOOR * white_radiance(&view.light),    value};
+        mark_all(&marks, world);
+        expose_tiles(&e, threads);
+    }
+    sam_bounce_free(&bounce);
     free(depth);
-    return STATUS_OK;
+    return status;
 }

@@ -108,9 +108,12 @@ static void read_lamp_place(struct scene_lamp *lamp, struct doc *doc, doc_node n
     lamp->direction = vec3_length(from_sample) > 0 ? vec3_normalize(from_sample) : (vec3){0, 0, 1};
 }
 
-static void read_lamp(struct scene_lamp *lamp, struct doc *doc, doc_node node, vec3 center)
+static void read_lamp(struct scene_lamp *lamp, int index, struct doc *doc, doc_node node,
+                      vec3 center)
 {
-    copy_name(lamp->name, sam_doc_text(doc, node, "name", lamp->name));
+    char name[SCENE_NAME];
+    snprintf(name, sizeof name, "lamp%d", index);
+    copy_name(lamp->name, sam_doc_text(doc, node, "name", name));
     read_lamp_place(lamp, doc, node, center);
     lamp->radius = sam_doc_number(doc, node, "radius", 0, 0, 1e5);
     lamp->beam_exponent = sam_doc_number(doc, node, "beam_exponent", 0, 0, 1e4);
@@ -130,10 +133,9 @@ static bool read_lamps(struct scene *scene, struct doc *doc, doc_node root)
     scene->lamp = calloc((size_t)count + 1, sizeof *scene->lamp);
     if (!scene->lamp)
         return false;
-    for (int i = 0; i < count; i++) {
-        snprintf(scene->lamp[i].name, SCENE_NAME, "lamp%d", i);
-        read_lamp(&scene->lamp[i], doc, sam_doc_item(doc, list, i), scene->sample.nominal.center);
-    }
+    for (int i = 0; i < count; i++)
+        read_lamp(&scene->lamp[i], i, doc, sam_doc_item(doc, list, i),
+                  scene->sample.nominal.center);
     scene->lamps = count;
     if (sam_doc_fine(doc) && count == 0)
         sam_doc_wrong(doc, list, "lights: at least one is wanted");
@@ -343,6 +345,9 @@ static bool read_all(struct scene *scene, struct doc *doc)
     doc_node post = sam_doc_get(doc, root, "post");
     scene->post.radius = sam_doc_number(doc, post, "radius", 0, 0, 1e6);
     scene->post.albedo = sam_doc_number(doc, post, "albedo", 0.03, 0, 1);
+    scene->bounces = sam_doc_int(doc, root, "bounces", 0, 0, 1);
+    if (scene->bounces && scene->sample.place.shape != SHAPE_SPHERE)
+        sam_doc_wrong(doc, sam_doc_get(doc, root, "bounces"), "bounces: only around a sphere");
     scene->flat = sam_doc_bool(doc, root, "flat", false);
     scene->radiance = sam_doc_bool(doc, root, "radiance", false);
     bool memory = read_exposures(scene, doc, root) && read_lamps(scene, doc, root)

@@ -95,6 +95,7 @@ struct scene {
     struct scene_post post;
     struct scene_shot *shot;  // [shots]
     int shots;
+    int bounces;          // of light between board and sample: 0 or 1
     bool flat, radiance;  // write a flat frame; write OUT/radiance
 };
 

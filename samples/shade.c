@@ -41,15 +41,14 @@ enum lit sam_lit(const struct shot_view *view, const struct spot *spot, vec3 wo)
     return seen == n ? LIT_FULLY : seen > 0 ? LIT_PARTLY : LIT_NOT;
 }
 
-/** f of a spot. What is matt is albedo/pi; the sample is isotropic, so any tangent will do. */
-static void reflectance(const struct world *world, const struct spot *spot, vec3 wi, vec3 wo,
-                        double f[3])
+void sam_reflectance(const struct world *world, const struct spot *spot, vec3 wi, vec3 wo,
+                     double f[3])
 {
     f[0] = f[1] = f[2] = spot->albedo / CAP_PI;
     if (spot->matter != MATTER_SAMPLE)
         return;
     const struct scene_sample *sample = &world->scene->sample;
-    vec3 x, y, z = spot->normal;
+    vec3 x, y, z = spot->normal;  // any tangent will do
     sam_frame(z, &x, &y);
     sample->model->eval(sample->parameter,
                         (vec3){vec3_dot(wi, x), vec3_dot(wi, y), vec3_dot(wi, z)},
@@ -68,7 +67,7 @@ void sam_shade(const struct shot_view *view, const struct spot *spot, enum lit l
         if (lit == LIT_PARTLY && !sees(view, spot, &in))
             continue;
         double f[3], cos_i = vec3_dot(in.wi, spot->normal);
-        reflectance(view->world, spot, in.wi, wo, f);
+        sam_reflectance(view->world, spot, in.wi, wo, f);
         for (int c = 0; c < 3; c++)
             rgb[c] += f[c] * in.irradiance[c] * cos_i;
     }

@@ -18,6 +18,9 @@ struct shot_view {
 enum lit { LIT_NOT, LIT_PARTLY, LIT_FULLY };
 
 struct shot_view sam_shot_view(const struct world *world, const struct scene_shot *shot);
+/** f of a spot. What is matt is albedo/pi; the sample is isotropic. */
+void sam_reflectance(const struct world *world, const struct spot *spot, vec3 wi, vec3 wo,
+                     double f[3]);
 enum lit sam_lit(const struct shot_view *view, const struct spot *spot, vec3 wo);
 /** The radiance of a spot towards wo, L = f I cos(theta_i) / r^2, summed over what it sees of the
  *  lamp. lit is sam_lit's. */

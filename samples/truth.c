@@ -303,17 +303,17 @@ static json_t *truth(const struct scene *scene)
     json_t *shots = json_array();
     for (int i = 0; i < scene->shots; i++)
         json_array_append_new(shots, shot(scene, i));
-    return json_pack("{s:s, s:I, s:o, s:o, s:{s:i, s:o}, s:o, s:o, s:{s:o, s:f, s:f, s:f},"
-                     " s:{s:f, s:f}, s:{s:f, s:f}, s:[], s:o, s:o, s:o, s:o, s:o}",
-                     "name", scene->name, "seed", (json_int_t)scene->seed, "conventions",
-                     conventions(), "camera", camera(&scene->camera), "render", "max_bounces", 0,
-                     "light_radius_mm", radii(scene), "lights", lights(scene), "sample",
-                     sample(&scene->sample), "board", "size", numbers(board->size, 2), "albedo",
-                     board->albedo, "margin", board->margin, "paper_thickness", board->thickness,
-                     "paper", "white", board->white, "black", board->black, "post", "radius",
-                     scene->post.radius, "albedo", scene->post.albedo, "panels", "tags",
-                     tags(board), "white_patches", patches(scene), "sensor", sensor(&scene->sensor),
-                     "exposure_times", numbers(scene->exposure, scene->exposures), "shots", shots);
+    return json_pack(
+        "{s:s, s:I, s:o, s:o, s:{s:i, s:o}, s:o, s:o, s:{s:o, s:f, s:f, s:f},"
+        " s:{s:f, s:f}, s:{s:f, s:f}, s:[], s:o, s:o, s:o, s:o, s:o}",
+        "name", scene->name, "seed", (json_int_t)scene->seed, "conventions", conventions(),
+        "camera", camera(&scene->camera), "render", "max_bounces", scene->bounces,
+        "light_radius_mm", radii(scene), "lights", lights(scene), "sample", sample(&scene->sample),
+        "board", "size", numbers(board->size, 2), "albedo", board->albedo, "margin", board->margin,
+        "paper_thickness", board->thickness, "paper", "white", board->white, "black", board->black,
+        "post", "radius", scene->post.radius, "albedo", scene->post.albedo, "panels", "tags",
+        tags(board), "white_patches", patches(scene), "sensor", sensor(&scene->sensor),
+        "exposure_times", numbers(scene->exposure, scene->exposures), "shots", shots);
 }
 
 enum status sam_truth_write(const struct scene *scene, const char *path, struct error *err)

@@ -82,7 +82,8 @@ static void test_what_is_read(void **state)
         "goniocam_scene: 1\nname: ball\nseed: 12\n"
         "camera: {size: [900, 600], focal_length: 50, sensor_width: 25}\n"
         "exposures: [0.5, 0.25]\n"
-        "lights: [{name: a, azimuth_deg: 90, elevation_deg: 0, distance: 100}]\n"
+        "lights: [{azimuth_deg: 90, elevation_deg: 0, distance: 100},"
+        " {name: sun, distant: true, direction: [0, 3, 4], intensity: 2}]\n"
         "sample: {radius: 10, center: [1, 2, 30], nominal_center: [0, 0, 30],"
         " material: {model: ggx, albedo: [0.1, 0.2, 0.3], alpha: 0.4, ior: 1.5}}\n" BOARD
         "patch: {center: [20, 10], size: [8, 4], turn_deg: 90}\n"
@@ -92,6 +93,10 @@ static void test_what_is_read(void **state)
     assert_near(s.camera.center[0], 449.5, 0);      // the middle of pixels 0..899
     assert_near(s.lamp[0].position.y, 100, 1e-12);  // around the nominal centre
     assert_near(s.lamp[0].position.z, 30, 1e-12);
+    assert_string_equal(s.lamp[0].name, "lamp0");
+    assert_string_equal(s.lamp[1].name, "sun");
+    assert_int_equal(s.lamp[1].kind, LAMP_DISTANT);
+    assert_near(s.lamp[1].direction.z, 0.8, 1e-15);
     assert_near(s.sample.place.center.x, 1, 0);
     assert_near(s.sample.parameter[4], 1.5, 0);
     assert_int_equal(s.board.tags, 4);
