@@ -82,7 +82,7 @@ static void test_the_ball_lights_the_sheet(void **state)
         double d = vec3_length(to), a = acos(vec3_dot(to, sun.direction) / d);
         for (int c = 0; c < 3; c++) {
             double intensity = 2.0 / 3 * scene.sample.parameter[c] / CAP_PI * sun.intensity[c]
-                               * 0.25 * (sin(a) + (CAP_PI - a) * cos(a));
+                               * 0.01 * (sin(a) + (CAP_PI - a) * cos(a));
             double expected = 0.5 / CAP_PI * intensity * 100 / (d * d * d);
             // The ball is 1e-3 of the distance in radius, which shifts its crescent by twice that.
             assert_near(rgb[c], expected, 3e-3 * expected);
