@@ -20,6 +20,7 @@ void cal_calibration_free(struct calibration *c)
     free(c->camera);
     free(c->view);
     free(c->lamp);
+    free(c->surroundings.glow);
     *c = (struct calibration){0};
 }
 

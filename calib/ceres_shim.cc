@@ -3,6 +3,7 @@
 
 #include <ceres/ceres.h>
 
+#include <algorithm>
 #include <exception>
 #include <memory>
 #include <utility>
@@ -10,6 +11,39 @@
 
 namespace
 {
+
+// All values in one array, in the order of the parameters: Ceres orders its work by address, and
+// the addresses of the caller's arrays may differ from run to run, and with them the last bits.
+class Values
+{
+  public:
+    explicit Values(const ceres_problem &problem) : problem_(problem)
+    {
+        size_t count = 0;
+        for (int i = 0; i < problem.parameters; i++)
+            count += static_cast<size_t>(problem.parameter[i].size);
+        value_.reserve(count);  // so that places in it stay where they are
+        for (int i = 0; i < problem.parameters; i++) {
+            const ceres_parameter &p = problem.parameter[i];
+            at_.push_back(value_.data() + value_.size());
+            value_.insert(value_.end(), p.value, p.value + p.size);
+        }
+    }
+    double *operator[](int parameter) const
+    {
+        return at_[static_cast<size_t>(parameter)];
+    }
+    void give_back() const
+    {
+        for (int i = 0; i < problem_.parameters; i++)
+            std::copy_n((*this)[i], problem_.parameter[i].size, problem_.parameter[i].value);
+    }
+
+  private:
+    const ceres_problem &problem_;
+    std::vector<double> value_;
+    std::vector<double *> at_;
+};
 
 class Term : public ceres::CostFunction
 {
@@ -30,39 +64,39 @@ class Term : public ceres::CostFunction
     const ceres_term &term_;
 };
 
-void add_parameter(ceres::Problem &to, const ceres_parameter &p)
+void add_parameter(ceres::Problem &to, const ceres_parameter &p, double *value)
 {
-    to.AddParameterBlock(p.value, p.size);
+    to.AddParameterBlock(value, p.size);
     std::vector<int> held;
     for (int i = 0; i < p.size; i++) {
         if (p.held && p.held[i])
             held.push_back(i);
         if (p.low)
-            to.SetParameterLowerBound(p.value, i, p.low[i]);
+            to.SetParameterLowerBound(value, i, p.low[i]);
         if (p.high)
-            to.SetParameterUpperBound(p.value, i, p.high[i]);
+            to.SetParameterUpperBound(value, i, p.high[i]);
     }
     if (static_cast<int>(held.size()) == p.size)
-        to.SetParameterBlockConstant(p.value);
+        to.SetParameterBlockConstant(value);
     else if (!held.empty())
-        to.SetManifold(p.value, new ceres::SubsetManifold(p.size, held));
+        to.SetManifold(value, new ceres::SubsetManifold(p.size, held));
 }
 
-void build(ceres::Problem &to, const ceres_problem &problem)
+void build(ceres::Problem &to, const ceres_problem &problem, const Values &value)
 {
     for (int i = 0; i < problem.parameters; i++)
-        add_parameter(to, problem.parameter[i]);
+        add_parameter(to, problem.parameter[i], value[i]);
     for (int i = 0; i < problem.terms; i++) {
         const ceres_term &term = problem.term[i];
         std::vector<double *> values;
         for (int k = 0; k < term.parameters; k++)
-            values.push_back(problem.parameter[term.parameter[k]].value);
+            values.push_back(value[term.parameter[k]]);
         ceres::LossFunction *loss = term.cauchy > 0 ? new ceres::CauchyLoss(term.cauchy) : nullptr;
         to.AddResidualBlock(new Term(problem, term), loss, values);
     }
 }
 
-void order(ceres::Solver::Options &options, const ceres_problem &problem)
+void order(ceres::Solver::Options &options, const ceres_problem &problem, const Values &value)
 {
     bool schur = false, rest = false;
     for (int i = 0; i < problem.parameters; i++)
@@ -72,8 +106,7 @@ void order(ceres::Solver::Options &options, const ceres_problem &problem)
         return;
     auto groups = std::make_shared<ceres::ParameterBlockOrdering>();
     for (int i = 0; i < problem.parameters; i++)
-        groups->AddElementToGroup(problem.parameter[i].value,
-                                  problem.parameter[i].eliminate ? 0 : 1);
+        groups->AddElementToGroup(value[i], problem.parameter[i].eliminate ? 0 : 1);
     options.linear_solver_ordering = groups;
 }
 
@@ -82,10 +115,11 @@ void order(ceres::Solver::Options &options, const ceres_problem &problem)
 enum status ceres_solve(struct ceres_problem *problem, struct error *err)
 {
     try {
+        const Values value(*problem);
         ceres::Problem ceres_problem;
-        build(ceres_problem, *problem);
+        build(ceres_problem, *problem, value);
         ceres::Solver::Options options;
-        order(options, *problem);
+        order(options, *problem, value);
         options.max_num_iterations = problem->iterations > 0 ? problem->iterations : 100;
         options.function_tolerance = 1e-12;
         options.parameter_tolerance = 1e-10;
@@ -94,6 +128,7 @@ enum status ceres_solve(struct ceres_problem *problem, struct error *err)
         options.logging_type = ceres::SILENT;
         ceres::Solver::Summary summary;
         ceres::Solve(options, &ceres_problem, &summary);
+        value.give_back();
         problem->cost = summary.final_cost;
         if (!summary.IsSolutionUsable())
             return cap_fail(err, STATUS_SOLVER, "least squares: %s", summary.message.c_str());
@@ -106,8 +141,9 @@ enum status ceres_solve(struct ceres_problem *problem, struct error *err)
 enum status ceres_covariance(struct ceres_problem *problem, struct error *err)
 {
     try {
+        const Values value(*problem);
         ceres::Problem ceres_problem;
-        build(ceres_problem, *problem);
+        build(ceres_problem, *problem, value);
         ceres::Covariance::Options options;
         options.algorithm_type = ceres::SPARSE_QR;
         // SuiteSparse's QR calls a threaded BLAS, whose sums differ in the last bits between runs.
@@ -117,14 +153,12 @@ enum status ceres_covariance(struct ceres_problem *problem, struct error *err)
         std::vector<std::pair<const double *, const double *>> blocks;
         for (int i = 0; i < problem->parameters; i++)
             if (problem->parameter[i].covariance)
-                blocks.emplace_back(problem->parameter[i].value, problem->parameter[i].value);
+                blocks.emplace_back(value[i], value[i]);
         if (!covariance.Compute(blocks, &ceres_problem))
             return cap_fail(err, STATUS_DATA, "the measurements leave unknowns undetermined");
         for (int i = 0; i < problem->parameters; i++)
             if (problem->parameter[i].covariance)
-                covariance.GetCovarianceBlock(problem->parameter[i].value,
-                                              problem->parameter[i].value,
-                                              problem->parameter[i].covariance);
+                covariance.GetCovarianceBlock(value[i], value[i], problem->parameter[i].covariance);
         return STATUS_OK;
     } catch (const std::exception &e) {
         return cap_fail(err, STATUS_SOLVER, "covariance: %s", e.what());
