@@ -122,8 +122,8 @@ static double square(double error, double sigma)
     return error * error / (sigma * sigma);
 }
 
-// Mean of (error / sigma)^2 is 1 where sigmas are true. Camera and poses share their errors within a
-// scene (some 3 are independent): of 150 x 3 squares the mean scatters by sqrt(2/450) = 0.067.
+// Mean of (error / sigma)^2 is 1 where sigmas are true. Camera and poses share their errors within
+// a scene (some 3 are independent): of 150 x 3 squares the mean scatters by sqrt(2/450) = 0.067.
 static void test_sigmas_are_true(void **state)
 {
     (void)state;
