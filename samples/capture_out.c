@@ -97,6 +97,14 @@ static void write_lights(struct yaml_out *out, const struct scene *scene)
     cap_yaml_close(out);
 }
 
+static void write_file(struct yaml_out *out, const char *key, const char *name,
+                       const struct scene *scene)
+{
+    char file[32];
+    snprintf(file, sizeof file, "%s.%s", name, sam_photo_extension(scene));
+    cap_yaml_text(out, key, file);
+}
+
 enum status sam_capture_write(const struct scene *scene, const char *path, struct error *err)
 {
     struct yaml_out *out;
@@ -109,9 +117,13 @@ enum status sam_capture_write(const struct scene *scene, const char *path, struc
     write_patches(out, scene);
     write_lights(out, scene);
     cap_yaml_flow_map(out, "photos");
-    cap_yaml_text(out, "pattern", "shot*.tif");
+    write_file(out, "pattern", "shot*", scene);
     cap_yaml_close(out);
     if (scene->flat)
-        cap_yaml_text(out, "flat", "flat.tif");
+        write_file(out, "flat", "flat", scene);
+    if (scene->dark)
+        write_file(out, "dark", "dark", scene);
+    if (scene->format == PHOTO_JPEG)
+        cap_yaml_text(out, "response", "srgb");
     return cap_yaml_end(out, true, err);
 }

@@ -90,6 +90,8 @@ static struct sight look(const void *scene, double x, double y, int shade)
         sam_shade(view, &spot, lit, wo, sight.rgb);
     if (shade && tile->bounce)
         sam_bounce_add(tile->bounce, &spot, sight.rgb);
+    if (shade && view->ambient_albedo)
+        sam_ambient_add(view, &spot, wo, sight.rgb);
     return sight;
 }
 
@@ -199,17 +201,27 @@ static void expose_tiles(const struct exposure *e, int threads)
         expose_tile(e, t % columns * TILE, t / columns * TILE);
 }
 
+static bool has_ambient(const struct scene *scene)
+{
+    return scene->ambient[0] + scene->ambient[1] + scene->ambient[2] > 0;
+}
+
 enum status sam_film_expose(const struct world *world, const struct scene_shot *shot, int threads,
                             float *value, struct error *err)
 {
     const struct camera *camera = &world->scene->camera;
     struct shot_view view = sam_shot_view(world, shot);
     struct bounce bounce = {0};
+    double albedo[AMBIENT_ANGLES][3];
     unsigned char *depth = calloc((size_t)camera->width * (size_t)camera->height, 1);
     enum status status = STATUS_OK;
     if (!depth)
         status =
             cap_fail(err, STATUS_MEMORY, "a picture of %d x %d", camera->width, camera->height);
+    if (has_ambient(world->scene)) {
+        sam_ambient_albedo(&world->scene->sample, albedo);
+        view.ambient_albedo = (const double(*)[3])albedo;
+    }
     if (!status && world->scene->bounces)
         status = sam_bounce_build(&bounce, &view, threads, err);
     if (!status) {

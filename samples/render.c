@@ -4,8 +4,11 @@
 #include "capture_out.h"
 #include "film.h"
 #include "expose.h"
+#include "jpeg_write.h"
+#include "optics.h"
 #include "tiff_write.h"
 #include "truth.h"
+#include "truth_table.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -33,24 +36,38 @@ static char *path_in(const char *out, const char *name, const char *extension)
     return path;
 }
 
-/** One photograph: exposed by `frame`, or, with a NULL value, of a wall (the flat frame). */
-static enum status take(const struct rendering *r, const float *value, const char *name,
+static enum status write_photo(const struct scene *scene, const char *path, uint16_t *dn,
+                               double seconds, struct error *err)
+{
+    const struct camera *c = &scene->camera;
+    if (scene->format == PHOTO_JPEG)
+        return sam_jpeg_write(path, dn, scene, seconds, err);
+    if (scene->format == PHOTO_DNG)
+        return sam_dng_write(path, dn, c->width, c->height, &scene->exif, seconds, &scene->sensor,
+                             err);
+    return sam_tiff_write(path, dn, c->width, c->height, &scene->exif, seconds, err);
+}
+
+enum subject { SUBJECT_SCENE, SUBJECT_WALL, SUBJECT_DARKNESS };
+
+/** One photograph, with the noise of `frame`. */
+static enum status take(const struct rendering *r, enum subject subject, const char *name,
                         double seconds, uint32_t frame, struct error *err)
 {
     static const double FLAT_FILL = 0.7;  // as one exposes a wall: bright and safely unclipped
-    const struct camera *camera = &r->scene->camera;
-    uint16_t *dn = malloc(r->values * sizeof *dn);
-    char *path = path_in(r->out, name, "tif");
+    size_t photosites = r->values / 3 * (size_t)sam_channels(r->scene);
+    uint16_t *dn = malloc(photosites * sizeof *dn);
+    char *path = path_in(r->out, name, sam_photo_extension(r->scene));
     enum status status = STATUS_OK;
     if (!dn || !path) {
         status = cap_fail(err, STATUS_MEMORY, "%s: out of memory", name);
     } else {
-        if (value)
-            sam_sensor_expose(r->scene, value, seconds, frame, dn);
-        else
+        if (subject == SUBJECT_WALL)
             sam_sensor_flat(r->scene, FLAT_FILL, frame, dn);
-        status =
-            sam_tiff_write(path, dn, camera->width, camera->height, &r->scene->exif, seconds, err);
+        else
+            sam_sensor_expose(r->scene, subject == SUBJECT_SCENE ? r->value : NULL, seconds, frame,
+                              dn);
+        status = write_photo(r->scene, path, dn, seconds, err);
     }
     free(dn);
     free(path);
@@ -68,8 +85,8 @@ static enum status take_bracket(const struct rendering *r, int shot, struct erro
         char name[PHOTO_NAME];
         struct error story = {0};
         sam_photo_name(name, r->scene, shot, e);
-        uint32_t frame = (uint32_t)(shot * exposures + e);
-        enum status status = take(r, r->value, name, r->scene->exposure[e], frame, &story);
+        enum status status = take(r, SUBJECT_SCENE, name, r->scene->exposure[e],
+                                  sam_photo_frame(r->scene, shot, e), &story);
         cap_step(r->run);
 #pragma omp critical(sam_bracket)
         if (status && e < failed) {
@@ -110,7 +127,26 @@ static enum status render_shot(const struct rendering *r, int shot, struct error
     if (!status && r->scene->radiance)
         status = write_radiance(r, shot, err);
     if (!status)
+        status = sam_optics_apply(r->scene, r->run->threads, r->value, err);
+    if (!status)
         status = take_bracket(r, shot, err);
+    return status;
+}
+
+/** The frames of a wall and of darkness that the scene asks for; darkness as long as the longest
+ *  exposure. */
+static enum status take_frames(const struct rendering *r, struct error *err)
+{
+    const struct scene *scene = r->scene;
+    uint32_t next = sam_photo_frame(scene, scene->shots, 0);
+    double longest = 0;
+    for (int e = 0; e < scene->exposures; e++)
+        longest = fmax(longest, scene->exposure[e]);
+    enum status status = STATUS_OK;
+    if (scene->flat)
+        status = take(r, SUBJECT_WALL, "flat", scene->exposure[0], next, err);
+    if (!status && scene->dark)
+        status = take(r, SUBJECT_DARKNESS, "dark", longest, next + 1, err);
     return status;
 }
 
@@ -121,7 +157,7 @@ static bool is_ours(const struct scene *scene, const char *file)
     for (int i = 0; i < scene->shots; i++)
         for (int e = 0; e < scene->exposures; e++) {
             sam_photo_name(photo, scene, i, e);
-            snprintf(name, sizeof name, "%s.tif", photo);
+            snprintf(name, sizeof name, "%s.%s", photo, sam_photo_extension(scene));
             if (strcmp(name, file) == 0)
                 return true;
         }
@@ -131,12 +167,14 @@ static bool is_ours(const struct scene *scene, const char *file)
 /** Photographs of another scene would pass for this one's: capture.yaml selects by pattern. */
 static enum status refuse_others(const struct scene *scene, const char *out, struct error *err)
 {
+    char pattern[16];
+    snprintf(pattern, sizeof pattern, "shot*.%s", sam_photo_extension(scene));
     DIR *folder = opendir(out);
     if (!folder)
         return cap_fail(err, STATUS_IO, "%s: %s", out, strerror(errno));
     enum status status = STATUS_OK;
     for (struct dirent *d; !status && (d = readdir(folder));)
-        if (fnmatch("shot*.tif", d->d_name, 0) == 0 && !is_ours(scene, d->d_name))
+        if (fnmatch(pattern, d->d_name, 0) == 0 && !is_ours(scene, d->d_name))
             status = cap_fail(err, STATUS_IO,
                               "%s: holds %s, which is not of this scene; name an empty folder", out,
                               d->d_name);
@@ -147,15 +185,19 @@ static enum status refuse_others(const struct scene *scene, const char *out, str
 static enum status write_papers(const struct scene *scene, const char *out, struct error *err)
 {
     char *truth = cap_path(out, "truth.json"), *capture = cap_path(out, "capture.yaml");
+    char *table = cap_path(out, "truth.binary");
     enum status status = STATUS_OK;
-    if (!truth || !capture)
+    if (!truth || !capture || !table)
         status = cap_fail(err, STATUS_MEMORY, "%s: out of memory", out);
+    if (!status && scene->table)
+        status = sam_truth_table_write(&scene->sample, table, err);
     if (!status)
         status = sam_truth_write(scene, truth, err);
     if (!status)
         status = sam_capture_write(scene, capture, err);
     free(truth);
     free(capture);
+    free(table);
     return status;
 }
 
@@ -174,9 +216,8 @@ enum status sam_render(const struct scene *scene, const char *out, struct run *r
     cap_stage(run, "render", scene->shots * scene->exposures);
     for (int i = 0; i < scene->shots && !status; i++)
         status = render_shot(&r, i, err);
-    if (!status && scene->flat)
-        status = take(&r, NULL, "flat", scene->exposure[0],
-                      (uint32_t)(scene->shots * scene->exposures), err);
+    if (!status)
+        status = take_frames(&r, err);
     if (!status)
         status = write_papers(scene, out, err);
     cap_stage(run, "", 0);

@@ -35,11 +35,40 @@ static void read_camera(struct scene *scene, struct doc *doc, doc_node node)
     sam_doc_numbers(doc, node, "center_px", camera->center, 2, false, -1e6, 1e6);
     sam_doc_numbers(doc, node, "distortion", camera->distortion, 5, false, -100, 100);
     sam_doc_numbers(doc, node, "vignetting", scene->sensor.vignetting, 3, false, -1, 1);
+    scene->optics.blur = sam_doc_number(doc, node, "blur_px", 0, 0, 100);
+    scene->optics.glare = sam_doc_number(doc, node, "glare", 0, 0, 0.5);
     scene->exif.focal_length = lens;
     scene->exif.aperture = sam_doc_number(doc, node, "aperture", 8, 0.1, 1000);
     scene->exif.iso = sam_doc_int(doc, node, "iso", 100, 1, 65535);
     copy_name(scene->exif.make, sam_doc_text(doc, node, "make", "goniocam"));
     copy_name(scene->exif.model, sam_doc_text(doc, node, "model", "render"));
+}
+
+/** "rggb" and its shifts; a word of other letters or another length is none. */
+static bool read_cfa(int cfa[4], const char *word)
+{
+    static const char channels[] = "rgb";
+    for (int i = 0; i < 4; i++) {
+        const char *found = word[i] ? strchr(channels, word[i]) : NULL;
+        if (!found)
+            return false;
+        cfa[i] = (int)(found - channels);
+    }
+    return !word[4];
+}
+
+/** What a real sensor has besides noise; all of it is off where nothing is said. */
+static void read_blemishes(struct sensor_model *sensor, struct doc *doc, doc_node node)
+{
+    sensor->prnu = sam_doc_number(doc, node, "prnu", 0, 0, 0.2);
+    sensor->hot_fraction = sam_doc_number(doc, node, "hot_fraction", 0, 0, 1);
+    sensor->hot_rate = sam_doc_number(doc, node, "hot_rate", 5e4, 0, 1e9);
+    sensor->time_error = sam_doc_number(doc, node, "time_error", 0, 0, 0.5);
+    const char *mosaic = sam_doc_text(doc, node, "mosaic", "none");
+    sensor->mosaic = strcmp(mosaic, "none") != 0;
+    if (sensor->mosaic && !read_cfa(sensor->cfa, mosaic))
+        sam_doc_wrong(doc, sam_doc_get(doc, node, "mosaic"),
+                      "mosaic: four letters of r, g, b are wanted, as in rggb, or none");
 }
 
 static void read_sensor(struct sensor_model *sensor, struct doc *doc, doc_node node)
@@ -53,8 +82,25 @@ static void read_sensor(struct sensor_model *sensor, struct doc *doc, doc_node n
     for (int c = 0; c < 3; c++)
         sensor->channel_gain[c] = 1;
     sam_doc_numbers(doc, node, "channel_gain", sensor->channel_gain, 3, true, 1e-3, 1e3);
+    read_blemishes(sensor, doc, node);
     if (sam_doc_fine(doc) && sensor->adc_max <= sensor->black_level)
         sam_doc_wrong(doc, node, "adc_max: must be above black_level");
+}
+
+static void read_format(struct scene *scene, struct doc *doc, doc_node root)
+{
+    static const char *const names[] = {"tiff", "jpeg", "dng"};
+    const char *name = sam_doc_text(doc, root, "files", "tiff");
+    doc_node node = sam_doc_get(doc, root, "files");
+    int format = 0;
+    while (format < 3 && strcmp(names[format], name) != 0)
+        format++;
+    if (format == 3)
+        sam_doc_wrong(doc, node, "files: tiff, jpeg or dng, not '%s'", name);
+    else if (scene->sensor.mosaic != (format == PHOTO_DNG))
+        sam_doc_wrong(doc, node ? node : root,
+                      "files: a sensor with a mosaic writes dng, one without the others");
+    scene->format = (enum photo_format)format;
 }
 
 static bool read_exposures(struct scene *scene, struct doc *doc, doc_node root)
@@ -341,6 +387,7 @@ static bool read_all(struct scene *scene, struct doc *doc)
     scene->seed = (uint64_t)sam_doc_number(doc, root, "seed", 1, 0, 1e15);
     read_camera(scene, doc, sam_doc_need(doc, root, "camera"));
     read_sensor(&scene->sensor, doc, sam_doc_get(doc, root, "sensor"));
+    read_format(scene, doc, root);
     read_sample(&scene->sample, doc, sam_doc_need(doc, root, "sample"));
     doc_node post = sam_doc_get(doc, root, "post");
     scene->post.radius = sam_doc_number(doc, post, "radius", 0, 0, 1e6);
@@ -349,7 +396,10 @@ static bool read_all(struct scene *scene, struct doc *doc)
     if (scene->bounces && scene->sample.place.shape != SHAPE_SPHERE)
         sam_doc_wrong(doc, sam_doc_get(doc, root, "bounces"), "bounces: only around a sphere");
     scene->flat = sam_doc_bool(doc, root, "flat", false);
+    scene->dark = sam_doc_bool(doc, root, "dark", false);
     scene->radiance = sam_doc_bool(doc, root, "radiance", false);
+    scene->table = sam_doc_bool(doc, root, "table", false);
+    sam_doc_numbers(doc, root, "ambient", scene->ambient, 3, true, 0, 1e9);
     bool memory = read_exposures(scene, doc, root) && read_lamps(scene, doc, root)
                   && read_board(&scene->board, doc, sam_doc_need(doc, root, "board"))
                   && read_patches(scene, doc, sam_doc_get(doc, root, "patch"));

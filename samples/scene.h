@@ -17,7 +17,22 @@ struct sensor_model {
     int black_level, adc_max;      // DN
     double channel_gain[3];
     double vignetting[3];  // V = 1 + v1 q + v2 q^2 + v3 q^3, q as in struct camera
+    bool mosaic;           // one channel a photosite
+    int cfa[4];            // its channels: top left, top right, bottom left, bottom right
+    double prnu;           // relative standard deviation of a photosite's gain
+    double hot_fraction,
+        hot_rate;       // photosites that leak, and electrons a second they do on average
+    double time_error;  // relative standard deviation of exposure times about what EXIF says
 };
+
+/** What the lens does besides distortion and vignetting. */
+struct optics {
+    double blur;   // pixels, standard deviation of a Gaussian point spread
+    double glare;  // share of the light that ends up spread evenly over the picture
+};
+
+/** What photographs are written as: 16-bit RGB, 8-bit sRGB, 16-bit mosaic. */
+enum photo_format { PHOTO_TIFF, PHOTO_JPEG, PHOTO_DNG };
 
 /** What the camera writes into every photograph. */
 struct exif {
@@ -83,7 +98,9 @@ struct scene {
     uint64_t seed;
     struct camera camera;  // name stays NULL
     struct sensor_model sensor;
+    struct optics optics;
     struct exif exif;
+    enum photo_format format;
     double *exposure;  // [exposures] seconds
     int exposures;
     struct scene_lamp *lamp;  // [lamps]
@@ -95,8 +112,10 @@ struct scene {
     struct scene_post post;
     struct scene_shot *shot;  // [shots]
     int shots;
-    int bounces;          // of light between board and sample: 0 or 1
-    bool flat, radiance;  // write a flat frame; write OUT/radiance
+    int bounces;           // of light between board and sample: 0 or 1
+    double ambient[3];     // radiance that comes from everywhere, lamp on or off
+    bool flat, dark;       // write a frame of an even wall; one of darkness
+    bool radiance, table;  // write OUT/radiance; write OUT/truth.binary
 };
 
 /** Read SCENE.yaml. On success the caller owns *scene; on failure it is untouched.

@@ -72,3 +72,37 @@ void sam_shade(const struct shot_view *view, const struct spot *spot, enum lit l
             rgb[c] += f[c] * in.irradiance[c] * cos_i;
     }
 }
+
+// ---- ambient light
+
+void sam_ambient_albedo(const struct scene_sample *sample, double albedo[AMBIENT_ANGLES][3])
+{
+    enum { N = 128 };  // midpoints in cos^2 and azimuth: equal parts of the projected hemisphere
+    for (int a = 0; a < AMBIENT_ANGLES; a++) {
+        double cos_o = fmax((double)a / (AMBIENT_ANGLES - 1), 1e-3), sum[3] = {0, 0, 0};
+        vec3 wo = {sqrt(1 - cos_o * cos_o), 0, cos_o};
+        for (int i = 0; i < N * N; i++) {
+            double cos2 = (i / N + 0.5) / N, phi = 2 * CAP_PI * (i % N + 0.5) / N, f[3];
+            vec3 wi = {sqrt(1 - cos2) * cos(phi), sqrt(1 - cos2) * sin(phi), sqrt(cos2)};
+            sample->model->eval(sample->parameter, wi, wo, f);
+            for (int c = 0; c < 3; c++)
+                sum[c] += f[c] * CAP_PI / (N * N);
+        }
+        for (int c = 0; c < 3; c++)
+            albedo[a][c] = sum[c];
+    }
+}
+
+void sam_ambient_add(const struct shot_view *view, const struct spot *spot, vec3 wo, double rgb[3])
+{
+    const double *ambient = view->world->scene->ambient;
+    double cos_o = vec3_dot(wo, spot->normal), at = fmin(fmax(cos_o, 0), 1) * (AMBIENT_ANGLES - 1);
+    int low = (int)fmin(floor(at), AMBIENT_ANGLES - 2);
+    for (int c = 0; c < 3; c++) {
+        double albedo = spot->albedo;
+        if (spot->matter == MATTER_SAMPLE)
+            albedo = view->ambient_albedo[low][c] * (low + 1 - at)
+                     + view->ambient_albedo[low + 1][c] * (at - low);
+        rgb[c] += (spot->matter == MATTER_NONE ? 1 : albedo) * ambient[c];
+    }
+}

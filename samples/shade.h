@@ -12,7 +12,16 @@ struct shot_view {
     struct vantage eye_vantage, lamp_vantage;
     mat3 rotation;
     vec3 eye;
+    const double (*ambient_albedo)[3];  // [AMBIENT_ANGLES] of the sample; NULL: no ambient light
 };
+
+/** Cosines from 0 to 1 at which the sample's directional albedo is known. */
+enum { AMBIENT_ANGLES = 65 };
+/** The sample's directional albedo, integral of f cos(theta_i) over the hemisphere, for light that
+ *  leaves at cosine i / (AMBIENT_ANGLES - 1). */
+void sam_ambient_albedo(const struct scene_sample *sample, double albedo[AMBIENT_ANGLES][3]);
+/** The radiance towards wo that even light from everywhere adds; nothing is in its way. */
+void sam_ambient_add(const struct shot_view *view, const struct spot *spot, vec3 wo, double rgb[3]);
 
 /** How much of the lamp a spot sees. */
 enum lit { LIT_NOT, LIT_PARTLY, LIT_FULLY };

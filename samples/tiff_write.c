@@ -1,4 +1,5 @@
-/* tiff_write.c -- 16-bit RGB TIFF with EXIF, by libtiff. */
+/* tiff_write.c -- 16-bit RGB TIFF, and DNG, which is a TIFF with a mosaic; both with EXIF, by
+ * libtiff. */
 #include "tiff_write.h"
 
 #include <errno.h>
@@ -23,21 +24,69 @@ static int keep_message(TIFF *tiff, void *user, const char *module, const char *
     return 1;  // said; libtiff shall not print it
 }
 
-static bool set_image_tags(TIFF *tiff, int width, int height, const struct exif *exif)
+/** A photograph under way. */
+struct picture {
+    uint16_t *dn;  // [height][width][channels]
+    int width, height, channels;
+    const struct exif *exif;
+    double seconds;
+    const struct sensor_model *mosaic;  // NULL: RGB
+};
+
+static bool set_common_tags(TIFF *tiff, const struct picture *p, uint32_t rows)
 {
-    uint32_t rows = (uint32_t)(STRIP_BYTES / (6 * width));
-    return TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, width)
-           && TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, height)
+    return TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, p->width)
+           && TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, p->height)
            && TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 16)
-           && TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 3)
-           && TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB)
+           && TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, p->channels)
            && TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG)
-           && TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_ADOBE_DEFLATE)
-           && TIFFSetField(tiff, TIFFTAG_PREDICTOR, PREDICTOR_HORIZONTAL)
-           && TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, rows ? rows : 1)
-           && TIFFSetField(tiff, TIFFTAG_MAKE, exif->make)
-           && TIFFSetField(tiff, TIFFTAG_MODEL, exif->model)
+           && TIFFSetField(tiff, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT)
+           && TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, rows)
+           && TIFFSetField(tiff, TIFFTAG_MAKE, p->exif->make)
+           && TIFFSetField(tiff, TIFFTAG_MODEL, p->exif->model)
            && TIFFSetField(tiff, TIFFTAG_SOFTWARE, "goniocam render");
+}
+
+static bool set_rgb_tags(TIFF *tiff, const struct picture *p)
+{
+    uint32_t rows = (uint32_t)(STRIP_BYTES / (6 * p->width));
+    return set_common_tags(tiff, p, rows ? rows : 1)
+           && TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_RGB)
+           && TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_ADOBE_DEFLATE)
+           && TIFFSetField(tiff, TIFFTAG_PREDICTOR, PREDICTOR_HORIZONTAL);
+}
+
+/** Raw readers want one uncompressed strip, and numbers from which to make colours for a screen:
+ *  the camera's primaries are sRGB's (IEC 61966-2-1, XYZ to linear RGB), its white is even. */
+static bool set_mosaic_tags(TIFF *tiff, const struct picture *p)
+{
+    static const float xyz_to_rgb[9] = {3.2404542f,  -1.5371385f, -0.4985314f,
+                                        -0.9692660f, 1.8760108f,  0.0415560f,
+                                        0.0556434f,  -0.2040259f, 1.0572252f};
+    static const uint16_t two[2] = {2, 2}, one[2] = {1, 1}, d65 = 21;
+    const struct sensor_model *sensor = p->mosaic;
+    uint8_t cfa[4];
+    float black = (float)sensor->black_level, neutral[3];
+    uint32_t white = (uint32_t)sensor->adc_max;
+    for (int i = 0; i < 4; i++)
+        cfa[i] = (uint8_t)sensor->cfa[i];
+    for (int c = 0; c < 3; c++)
+        neutral[c] = (float)(sensor->channel_gain[c] / sensor->channel_gain[1]);
+    return set_common_tags(tiff, p, (uint32_t)p->height)
+           && TIFFSetField(tiff, TIFFTAG_SUBFILETYPE, 0)
+           && TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_CFA)
+           && TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE)
+           && TIFFSetField(tiff, TIFFTAG_CFAREPEATPATTERNDIM, two)
+           && TIFFSetField(tiff, TIFFTAG_CFAPATTERN, 4, cfa)
+           && TIFFSetField(tiff, TIFFTAG_DNGVERSION, "\001\004\000\000")
+           && TIFFSetField(tiff, TIFFTAG_DNGBACKWARDVERSION, "\001\001\000\000")
+           && TIFFSetField(tiff, TIFFTAG_UNIQUECAMERAMODEL, p->exif->model)
+           && TIFFSetField(tiff, TIFFTAG_COLORMATRIX1, 9, xyz_to_rgb)
+           && TIFFSetField(tiff, TIFFTAG_ASSHOTNEUTRAL, 3, neutral)
+           && TIFFSetField(tiff, TIFFTAG_CALIBRATIONILLUMINANT1, d65)
+           && TIFFSetField(tiff, TIFFTAG_BLACKLEVELREPEATDIM, one)
+           && TIFFSetField(tiff, TIFFTAG_BLACKLEVEL, 1, &black)
+           && TIFFSetField(tiff, TIFFTAG_WHITELEVEL, 1, &white);
 }
 
 /** A first directory that leaves room for the place of the second, the second with the EXIF tags,
@@ -55,22 +104,20 @@ static bool write_exif(TIFF *tiff, const struct exif *exif, double seconds)
            && TIFFSetField(tiff, TIFFTAG_EXIFIFD, place) && TIFFRewriteDirectory(tiff);
 }
 
-static bool write_strips(TIFF *tiff, uint16_t *dn, int width, int height)
+static bool write_strips(TIFF *tiff, const struct picture *p)
 {
-    uint32_t rows = 1;
+    uint32_t rows = 1, height = (uint32_t)p->height;
+    size_t row = (size_t)p->width * (size_t)p->channels;
     TIFFGetField(tiff, TIFFTAG_ROWSPERSTRIP, &rows);
-    for (uint32_t y = 0, strip = 0; y < (uint32_t)height; y += rows, strip++) {
-        uint32_t count = (uint32_t)height - y < rows ? (uint32_t)height - y : rows;
-        tmsize_t bytes = (tmsize_t)count * width * 6;
-        uint16_t *first = &dn[(size_t)y * (size_t)width * 3];
-        if (TIFFWriteEncodedStrip(tiff, strip, first, bytes) < 0)
+    for (uint32_t y = 0, strip = 0; y < height; y += rows, strip++) {
+        uint32_t count = height - y < rows ? height - y : rows;
+        if (TIFFWriteEncodedStrip(tiff, strip, &p->dn[y * row], (tmsize_t)(count * row * 2)) < 0)
             return false;
     }
     return true;
 }
 
-static bool write_all(const char *aside, uint16_t *dn, int width, int height,
-                      const struct exif *exif, double seconds, struct message *message)
+static bool write_all(const char *aside, const struct picture *p, struct message *message)
 {
     TIFFOpenOptions *options = TIFFOpenOptionsAlloc();
     if (!options)
@@ -80,14 +127,13 @@ static bool write_all(const char *aside, uint16_t *dn, int width, int height,
     TIFFOpenOptionsFree(options);
     if (!tiff)
         return false;
-    bool done = set_image_tags(tiff, width, height, exif) && write_strips(tiff, dn, width, height)
-                && write_exif(tiff, exif, seconds);
+    bool done = (p->mosaic ? set_mosaic_tags(tiff, p) : set_rgb_tags(tiff, p))
+                && write_strips(tiff, p) && write_exif(tiff, p->exif, p->seconds);
     TIFFClose(tiff);
     return done;
 }
 
-enum status sam_tiff_write(const char *path, uint16_t *dn, int width, int height,
-                           const struct exif *exif, double seconds, struct error *err)
+static enum status write_picture(const char *path, const struct picture *p, struct error *err)
 {
     struct atomic_file file;
     struct message message = {""};
@@ -95,7 +141,7 @@ enum status sam_tiff_write(const char *path, uint16_t *dn, int width, int height
     if (status)
         return status;
     errno = 0;
-    if (write_all(file.aside, dn, width, height, exif, seconds, &message) && !message.text[0])
+    if (write_all(file.aside, p, &message) && !message.text[0])
         return cap_file_commit(&file, err);
     status = cap_fail(err, STATUS_IO, "%s: %s", path,
                       message.text[0] ? message.text
@@ -103,4 +149,19 @@ enum status sam_tiff_write(const char *path, uint16_t *dn, int width, int height
                                       : "cannot be written");
     cap_file_abandon(&file);
     return status;
+}
+
+enum status sam_tiff_write(const char *path, uint16_t *dn, int width, int height,
+                           const struct exif *exif, double seconds, struct error *err)
+{
+    struct picture p = {dn, width, height, 3, exif, seconds, NULL};
+    return write_picture(path, &p, err);
+}
+
+enum status sam_dng_write(const char *path, uint16_t *dn, int width, int height,
+                          const struct exif *exif, double seconds,
+                          const struct sensor_model *sensor, struct error *err)
+{
+    struct picture p = {dn, width, height, 1, exif, seconds, sensor};
+    return write_picture(path, &p, err);
 }

@@ -1,4 +1,4 @@
-/* tiff_write.h -- 16-bit RGB TIFF with EXIF. */
+/* tiff_write.h -- 16-bit RGB TIFF, and DNG, with EXIF. */
 #ifndef GONIOCAM_SAMPLES_TIFF_WRITE_H
 #define GONIOCAM_SAMPLES_TIFF_WRITE_H
 
@@ -10,4 +10,9 @@
  *  STATUS_IO. */
 enum status sam_tiff_write(const char *path, uint16_t *dn, int width, int height,
                            const struct exif *exif, double seconds, struct error *err);
+/** Write a mosaic dn [height][width] as an uncompressed DNG with the sensor's levels and filters.
+ *  STATUS_IO. */
+enum status sam_dng_write(const char *path, uint16_t *dn, int width, int height,
+                          const struct exif *exif, double seconds,
+                          const struct sensor_model *sensor, struct error *err);
 #endif

@@ -4,6 +4,7 @@
  */
 #include "truth.h"
 
+#include "expose.h"
 #include "light.h"
 
 #include <jansson.h>
@@ -29,6 +30,16 @@ void sam_photo_name(char name[PHOTO_NAME], const struct scene *scene, int shot, 
     char first[PHOTO_NAME];
     sam_shot_name(first, scene, shot);
     snprintf(name, PHOTO_NAME, "%.30s_exp%d", first, exposure);
+}
+
+const char *sam_photo_extension(const struct scene *scene)
+{
+    return scene->format == PHOTO_JPEG ? "jpg" : scene->format == PHOTO_DNG ? "dng" : "tif";
+}
+
+uint32_t sam_photo_frame(const struct scene *scene, int shot, int exposure)
+{
+    return (uint32_t)(shot * scene->exposures + exposure);
 }
 
 // ---- pieces of JSON; the library's setters accept NULL and fail, so memory is asked for once
@@ -234,11 +245,12 @@ static json_t *patches(const struct scene *scene)
 static json_t *sensor(const struct sensor_model *s)
 {
     return json_pack(
-        "{s:f, s:f, s:f, s:f, s:i, s:i, s:o, s:o, s:f, s:s}", "electrons_per_radiance_second",
-        s->electrons, "dn_per_electron", s->dn_per_electron, "full_well", s->full_well,
-        "read_noise_e", s->read_noise, "black_level", s->black_level, "adc_max", s->adc_max,
-        "channel_gain", numbers(s->channel_gain, 3), "vignetting", numbers(s->vignetting, 3),
-        "prnu", 0.0, "model",
+        "{s:f, s:f, s:f, s:f, s:i, s:i, s:o, s:o, s:f, s:f, s:f, s:s}",
+        "electrons_per_radiance_second", s->electrons, "dn_per_electron", s->dn_per_electron,
+        "full_well", s->full_well, "read_noise_e", s->read_noise, "black_level", s->black_level,
+        "adc_max", s->adc_max, "channel_gain", numbers(s->channel_gain, 3), "vignetting",
+        numbers(s->vignetting, 3), "prnu", s->prnu, "hot_fraction", s->hot_fraction, "hot_rate_e",
+        s->hot_rate, "model",
         "DN = clip(round(black + (min(Poisson(L channel_gain k t V), full_well) + read_noise "
         "N(0,1)) dn_per_electron), 0, adc_max); V = 1 + v1 q + v2 q^2 + v3 q^3, q = |pixel - "
         "(cx,cy)|^2 / ((width/2)^2 + (height/2)^2)");

@@ -84,6 +84,84 @@ static void test_saturation(void **state)
     assert_near(variance, 36 * 0.04 + 1.0 / 12, 0.1);
 }
 
+// What belongs to the sensor is the same in every photograph: two frames share their deviations.
+static void test_sensitivities_stay(void **state)
+{
+    (void)state;
+    static uint16_t first[PIXELS * 3];
+    struct scene scene = plain_scene();
+    scene.sensor.prnu = 0.02;
+    scene.sensor.full_well = 1e8;  // photon noise of 4e6 electrons: 5e-4, little beside 0.02
+    scene.sensor.dn_per_electron = 1e-3;
+    scene.sensor.adc_max = 65535;
+    fill(0.4f);
+    sam_sensor_expose(&scene, value, 10, 1, first);
+    sam_sensor_expose(&scene, value, 10, 2, dn);
+    double mean, variance, product = 0;
+    moments(0, &mean, &variance);
+    double signal = 4e6 * 1e-3;
+    assert_near(mean, 300 + signal, 5 * 0.02 * signal / sqrt(PIXELS));
+    for (int i = 0; i < PIXELS; i++)
+        product += (first[3 * i] - mean) * (dn[3 * i] - mean) / PIXELS;
+    assert_near(sqrt(product), 0.02 * signal, 5 * 0.02 * signal / sqrt(2.0 * PIXELS));
+}
+
+// Of the photosites, a share leaks; the leaks add up to share x rate x time.
+static void test_hot_photosites(void **state)
+{
+    (void)state;
+    struct scene scene = plain_scene();
+    scene.sensor.hot_fraction = 0.01;
+    scene.sensor.hot_rate = 2000;
+    scene.sensor.read_noise = 0;
+    sam_sensor_expose(&scene, NULL, 2, 1, dn);
+    double sum = 0;
+    int hot = 0;
+    for (int i = 0; i < PIXELS * 3; i++) {
+        hot += dn[i] > 300 + 2;  // 10 electrons: all but 1 in 400 of the hot ones
+        sum += (dn[i] - 300) / 0.2;
+    }
+    double expected = 0.01 * PIXELS * 3;
+    assert_near(hot, expected, 5 * sqrt(expected) + expected / 200);
+    assert_near(sum, expected * 4000, 5 * 4000 * sqrt(2 * expected));
+}
+
+static void test_times_err_as_told(void **state)
+{
+    (void)state;
+    struct scene scene = plain_scene();
+    double square = 0;
+    scene.sensor.time_error = 0.01;
+    for (uint32_t i = 0; i < 4000; i++)
+        square += pow(sam_true_time(&scene, 0.5, i) / 0.5 - 1, 2) / 4000;
+    assert_near(sqrt(square), 0.01, 5 * 0.01 / sqrt(8000));
+    scene.sensor.time_error = 0;
+    assert_near(sam_true_time(&scene, 0.5, 3), 0.5, 0);
+}
+
+// Red light through a mosaic: only the red filters' photosites see it.
+static void test_a_mosaic_sees_one_channel(void **state)
+{
+    (void)state;
+    static const int grbg[4] = {1, 0, 2, 1};
+    struct scene scene = plain_scene();
+    scene.sensor.mosaic = true;
+    for (int i = 0; i < 4; i++)
+        scene.sensor.cfa[i] = grbg[i];
+    for (int i = 0; i < PIXELS; i++) {
+        value[3 * i] = 0.5f;
+        value[3 * i + 1] = value[3 * i + 2] = 0;
+    }
+    assert_int_equal(sam_channels(&scene), 1);
+    sam_sensor_expose(&scene, value, 0.01, 1, dn);
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            double noise = 6 * 0.2 * sqrt(36 + 5000);  // six sigma, lit; more than that, dark
+            bool red = y % 2 == 0 && x % 2 == 1;
+            assert_near(dn[y * WIDTH + x], red ? 300 + 0.2 * 5000 : 300, noise);
+        }
+}
+
 static double correlation_with(const uint16_t *other)
 {
     double ma = 0, mb = 0, ab = 0, aa = 0, bb = 0;
@@ -142,6 +220,10 @@ int main(void)
         cmocka_unit_test(test_darkness_is_the_black_level),
         cmocka_unit_test(test_saturation),
         cmocka_unit_test(test_frames_have_noise_of_their_own),
+        cmocka_unit_test(test_sensitivities_stay),
+        cmocka_unit_test(test_hot_photosites),
+        cmocka_unit_test(test_times_err_as_told),
+        cmocka_unit_test(test_a_mosaic_sees_one_channel),
         cmocka_unit_test(test_vignetting),
         cmocka_unit_test(test_the_wall_is_exposed_safely),
     };

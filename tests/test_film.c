@@ -196,6 +196,29 @@ static void test_paper_is_matt(void **state)
                 1e-15);
 }
 
+// In even light from everywhere, a matt ball shows its albedo, a white one nothing of its shape.
+static void test_ambient_light(void **state)
+{
+    struct fixture *f = *state;
+    struct scene_sample matt = {.model = rec_model_find("lambert"), .parameter = {0.2, 0.5, 1}};
+    double albedo[AMBIENT_ANGLES][3];
+    sam_ambient_albedo(&matt, albedo);
+    struct scene scene = f->scene;
+    struct world world = f->world;
+    scene.sample.model = matt.model;
+    scene.ambient[0] = scene.ambient[1] = scene.ambient[2] = 3;
+    world.scene = &scene;
+    struct shot_view view = sam_shot_view(&world, &f->scene.shot[0]);
+    view.ambient_albedo = (const double(*)[3])albedo;
+    for (int i = 0; i <= 90; i += 9) {
+        struct spot spot = {.matter = MATTER_SAMPLE, .normal = {0, 0, 1}};
+        double angle = i * CAP_PI / 180, rgb[3] = {0, 0, 0};
+        sam_ambient_add(&view, &spot, (vec3){sin(angle), 0, cos(angle)}, rgb);
+        for (int c = 0; c < 3; c++)
+            assert_near(rgb[c], 3 * matt.parameter[c], 1e-12);
+    }
+}
+
 // Cones only leave out what is not there: with and without them, the image is the same.
 static void test_cones_change_nothing(void **state)
 {
@@ -226,6 +249,7 @@ int main(void)
         cmocka_unit_test(test_threads_make_no_difference),
         cmocka_unit_test(test_the_ball_throws_its_shadow),
         cmocka_unit_test(test_paper_is_matt),
+        cmocka_unit_test(test_ambient_light),
         cmocka_unit_test(test_cones_change_nothing),
     };
     return cmocka_run_group_tests(tests, load, unload);

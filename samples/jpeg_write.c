@@ -1,0 +1,188 @@
+/* jpeg_write.c -- 8-bit sRGB JPEG with EXIF, by libjpeg and libexif. */
+#include "jpeg_write.h"
+
+#include <libexif/exif-data.h>
+#include <setjmp.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <jpeglib.h>
+
+enum { QUALITY = 95 };  // a camera's best
+
+// ---- EXIF
+
+/** An entry of `components` values, with room for them. NULL: out of memory. */
+static ExifEntry *add_entry(ExifData *data, ExifIfd ifd, ExifTag tag, ExifFormat format,
+                            unsigned components)
+{
+    ExifMem *memory = exif_mem_new_default();
+    ExifEntry *entry = exif_entry_new_mem(memory);
+    unsigned size = exif_format_get_size(format) * components;
+    void *room = entry ? exif_mem_alloc(memory, size) : NULL;
+    if (room) {
+        entry->data = room;
+        entry->size = size;
+        entry->tag = tag;
+        entry->format = format;
+        entry->components = components;
+        exif_content_add_entry(data->ifd[ifd], entry);
+    }
+    exif_mem_unref(memory);
+    if (entry)
+        exif_entry_unref(entry);  // the content holds it
+    return room ? entry : NULL;
+}
+
+static bool add_text(ExifData *data, ExifTag tag, const char *text)
+{
+    unsigned size = (unsigned)strlen(text) + 1;
+    ExifEntry *entry = add_entry(data, EXIF_IFD_0, tag, EXIF_FORMAT_ASCII, size);
+    if (entry)
+        memcpy(entry->data, text, size);
+    return entry;
+}
+
+/** A positive number as a camera writes it: 1/n where that is what it is, else in millionths. */
+static bool add_ratio(ExifData *data, ExifTag tag, double number)
+{
+    double inverse = 1 / number;
+    bool is_inverse = fabs(inverse - round(inverse)) < 1e-9 * inverse;
+    ExifRational ratio = {is_inverse ? 1 : (ExifLong)round(number * 1e6),
+                          is_inverse ? (ExifLong)round(inverse) : 1000000};
+    ExifEntry *entry = add_entry(data, EXIF_IFD_EXIF, tag, EXIF_FORMAT_RATIONAL, 1);
+    if (entry)
+        exif_set_rational(entry->data, EXIF_BYTE_ORDER_INTEL, ratio);
+    return entry;
+}
+
+static bool add_short(ExifData *data, ExifTag tag, int number)
+{
+    ExifEntry *entry = add_entry(data, EXIF_IFD_EXIF, tag, EXIF_FORMAT_SHORT, 1);
+    if (entry)
+        exif_set_short(entry->data, EXIF_BYTE_ORDER_INTEL, (ExifShort)number);
+    return entry;
+}
+
+/** The APP1 segment. *bytes is malloc'd by libexif; false: out of memory. */
+static bool make_exif(const struct exif *exif, double seconds, unsigned char **bytes,
+                      unsigned *size)
+{
+    ExifData *data = exif_data_new();
+    if (!data)
+        return false;
+    exif_data_set_byte_order(data, EXIF_BYTE_ORDER_INTEL);
+    bool done = add_text(data, EXIF_TAG_MAKE, exif->make)
+                && add_text(data, EXIF_TAG_MODEL, exif->model)
+                && add_ratio(data, EXIF_TAG_EXPOSURE_TIME, seconds)
+                && add_ratio(data, EXIF_TAG_FNUMBER, exif->aperture)
+                && add_short(data, EXIF_TAG_ISO_SPEED_RATINGS, (int)exif->iso)
+                && add_ratio(data, EXIF_TAG_FOCAL_LENGTH, exif->focal_length);
+    *bytes = NULL;
+    if (done)
+        exif_data_save_data(data, bytes, size);
+    exif_data_unref(data);
+    return *bytes;
+}
+
+// ---- the picture
+
+static unsigned char srgb(double linear)
+{
+    double v = fmin(fmax(linear, 0), 1);
+    double s = v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055;  // IEC 61966-2-1
+    return (unsigned char)lround(255 * s);
+}
+
+/** The curve of one channel, for every DN. */
+static void make_curve(unsigned char curve[65536], const struct sensor_model *sensor, int channel)
+{
+    const double *gain = sensor->channel_gain;
+    double largest = fmax(gain[0], fmax(gain[1], gain[2]));
+    double range = (sensor->adc_max - sensor->black_level) * gain[channel] / largest;
+    for (int dn = 0; dn < 65536; dn++)
+        curve[dn] = srgb((dn - sensor->black_level) / range);
+}
+
+static unsigned char *develop(const uint16_t *dn, const struct scene *scene)
+{
+    size_t pixels = (size_t)scene->camera.width * (size_t)scene->camera.height;
+    unsigned char *rgb = malloc(3 * pixels), *curve = malloc(65536);
+    for (int c = 0; c < 3 && rgb && curve; c++) {
+        make_curve(curve, &scene->sensor, c);
+        for (size_t i = 0; i < pixels; i++)
+            rgb[3 * i + (size_t)c] = curve[dn[3 * i + (size_t)c]];
+    }
+    if (!curve) {
+        free(rgb);
+        rgb = NULL;
+    }
+    free(curve);
+    return rgb;
+}
+
+/** libjpeg's errors come back here instead of ending the program. */
+struct failure {
+    struct jpeg_error_mgr manager;  // first: libjpeg knows only this
+    jmp_buf back;
+    char text[JMSG_LENGTH_MAX];
+};
+
+static void come_back(j_common_ptr jpeg)
+{
+    struct failure *failure = (struct failure *)jpeg->err;
+    jpeg->err->format_message(jpeg, failure->text);
+    longjmp(failure->back, 1);
+}
+
+/** The whole file. false: failure->text says why. */
+static bool compress(FILE *stream, unsigned char *rgb, const struct camera *camera,
+                     const unsigned char *exif, unsigned exif_size, struct failure *failure)
+{
+    struct jpeg_compress_struct jpeg = {.err = jpeg_std_error(&failure->manager)};
+    failure->manager.error_exit = come_back;
+    if (setjmp(failure->back)) {
+        jpeg_destroy_compress(&jpeg);
+        return false;
+    }
+    jpeg_create_compress(&jpeg);
+    jpeg_stdio_dest(&jpeg, stream);
+    jpeg.image_width = (JDIMENSION)camera->width;
+    jpeg.image_height = (JDIMENSION)camera->height;
+    jpeg.input_components = 3;
+    jpeg.in_color_space = JCS_RGB;
+    jpeg_set_defaults(&jpeg);
+    jpeg_set_quality(&jpeg, QUALITY, TRUE);
+    jpeg_start_compress(&jpeg, TRUE);
+    jpeg_write_marker(&jpeg, JPEG_APP0 + 1, exif, exif_size);
+    while (jpeg.next_scanline < jpeg.image_height) {
+        JSAMPROW row = &rgb[(size_t)jpeg.next_scanline * (size_t)camera->width * 3];
+        jpeg_write_scanlines(&jpeg, &row, 1);
+    }
+    jpeg_finish_compress(&jpeg);
+    jpeg_destroy_compress(&jpeg);
+    return true;
+}
+
+enum status sam_jpeg_write(const char *path, const uint16_t *dn, const struct scene *scene,
+                           double seconds, struct error *err)
+{
+    struct atomic_file file = {0};
+    struct failure failure;
+    unsigned char *exif = NULL, *rgb = develop(dn, scene);
+    unsigned size = 0;
+    enum status status = STATUS_OK;
+    if (!rgb || !make_exif(&scene->exif, seconds, &exif, &size)) {
+        status = cap_fail(err, STATUS_MEMORY, "%s: out of memory", path);
+    } else if ((status = cap_file_begin(&file, path, true, err))) {
+        // told
+    } else if (!compress(file.stream, rgb, &scene->camera, exif, size, &failure)) {
+        status = cap_fail(err, STATUS_IO, "%s: %s", path, failure.text);
+        cap_file_abandon(&file);
+    } else {
+        status = cap_file_commit(&file, err);
+    }
+    free(exif);
+    free(rgb);
+    return status;
+}
