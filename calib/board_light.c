@@ -25,6 +25,7 @@ static const double SAME_PLANE_MM = 1;  // tags this near a plane are on it
 static const double NIGHT = 0.15;       // sine of the lamp's height below a night facet's horizon
 static const double SNR_NIGHT = 5;      // of the light that is due there, for its ratio to count
 static const double MODEL = 0.05;       // what the lobe and the cells leave, relative
+static const double FAINT = 0.02;       // a night side darker than this part of what is due is dark
 static const double UNTOLD = 0.15;      // sigma of the strength where no night side is seen
 
 /** A rectangle of board. */
@@ -344,7 +345,7 @@ enum status cal_board_light_strength(struct calibration *c, const struct facets 
     s->sigma_strength = UNTOLD;
     if (n >= NIGHT_FACETS) {
         qsort(ratio, (size_t)n, sizeof *ratio, by_double);
-        s->strength = fmax(ratio[n / 2], 0);
+        s->strength = ratio[n / 2] > FAINT ? ratio[n / 2] : 0;
         // Half the quartiles' distance; and the errors of one view are one error.
         double scatter = 0.74 * (ratio[3 * n / 4] - ratio[n / 4]);
         s->sigma_strength = hypot(scatter / sqrt(c->views), MODEL * s->strength);

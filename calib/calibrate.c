@@ -30,7 +30,6 @@ enum status cal_calibrate(struct calibration *calibration, const struct capture 
                           const char *out, const bool *usable, struct run *run, struct error *err)
 {
     struct calibration c = {0};
-    cap_stage(run, "cameras", capture->shots);
     enum status status = cal_geometry(&c, capture, out, usable, run, err);
     if (!status) {
         cap_stage(run, "sample", c.views);

@@ -4,12 +4,14 @@
 #include "lamp.h"
 #include "view_map.h"
 
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
 // A few thousand facets tell all there is to tell; more views need fewer of each.
 enum { BOUNCE_ROUNDS = 3 };
 static const double EXTRA_MAX = 0.5, EXTRA_SIGMA = 0.1;
+static const double SETTLED = 0.3;  // sigmas that a lamp may still move
 enum { SAMPLE_FACETS = 9000, VIEW_FACETS_MAX = 600, VIEW_FACETS_MIN = 60 };
 
 /** Facets of one view. */
@@ -162,24 +164,44 @@ static void correct_facet(struct facet *f, const struct calibration *c,
     }
 }
 
-/** Measure the light that goes between board and sample, take it out, and fit again: each round
- *  knows it ten times better. */
+/** The largest move of a lamp since `before` [lamps], in its sigmas. */
+static double lamps_moved(const struct calibration *c, const vec3 *before)
+{
+    double most = 0;
+    for (int l = 0; l < c->lamps; l++) {
+        const double *s = c->lamp[l].sigma_position;
+        double sigma = sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
+        double moved = vec3_length(vec3_sub(c->lamp[l].position, before[l]));
+        most = fmax(most, moved / fmax(sigma, 1e-9));
+    }
+    return most;
+}
+
+/** Measure the light that goes between board and sample, take it out, and fit again, until the
+ *  lamps stay where they are. Where the night side is dark there is none to take out. */
 static enum status fit_without_bounces(struct calibration *c, const struct capture *capture,
                                        struct facets *board, struct facets *sample, const char *out,
                                        struct run *run, struct error *err)
 {
-    enum status status = STATUS_OK;
-    for (int round = 0; round < BOUNCE_ROUNDS && !status; round++) {
+    vec3 *before = calloc((size_t)c->lamps, sizeof *before);
+    enum status status = before ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%d lamps", c->lamps);
+    double moved = DBL_MAX;
+    for (int round = 0; round < BOUNCE_ROUNDS && moved > SETTLED && !status; round++) {
         status = cal_board_light(c, capture, out, run, err);
         if (!status)
             status = cal_board_light_strength(c, sample, run, err);
-#pragma omp parallel for schedule(static) num_threads(run->threads) if (!status)
+        if (status || c->surroundings.strength == 0)
+            break;
+#pragma omp parallel for schedule(dynamic, 64) num_threads(run->threads)
         for (int i = 0; i < board->count + sample->count; i++)
             correct_facet(i < board->count ? &board->facet[i] : &sample->facet[i - board->count], c,
                           capture);
-        if (!status)
-            status = cal_lamp_fit(c, capture, board, sample, err);
+        for (int l = 0; l < c->lamps; l++)
+            before[l] = c->lamp[l].position;
+        status = cal_lamp_fit(c, capture, board, sample, err);
+        moved = lamps_moved(c, before);
     }
+    free(before);
     return status;
 }
 

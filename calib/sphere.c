@@ -8,7 +8,8 @@
  *           reweighted by Tukey's biweight: what is no outline (terminator, stand, cast shadow)
  *           falls outside it.
  * Accuracy. The covariance is the sandwich over views, H^-1 (sum_v g_v g_v^T) H^-1: the edges of
- *           one view share the errors of its pose, so views are what is independent.
+ *           one view share the errors of its pose, so views are what is independent. The model's
+ *           own bias, which all views share, is added.
  */
 #include "sphere.h"
 #include "dense.h"
@@ -20,7 +21,8 @@
 #include <string.h>
 
 enum { UNKNOWNS = 4, EDGES_MIN = 12, ROUNDS = 30 };  // UNKNOWNS: x, y, z, R
-static const double BIWEIGHT = 4.685;      // Tukey's constant: 95 % efficient for normal errors
+static const double BIWEIGHT = 4.685;  // Tukey's constant: 95 % efficient for normal errors
+static const double MODEL_PX = 0.015;  // bias of the limb model: ../shared/facts.md has 0.009 mm
 static const double RADIUS_PRIOR = 0.005;  // a ruler or caliper gives a radius to half a percent
 
 /** An edge as the fit sees it. */
@@ -139,6 +141,16 @@ static void sandwich(double sigma[UNKNOWNS], double inverse[UNKNOWNS][UNKNOWNS],
         sigma[a] = sqrt(fmax(variance[a] * seen / fmax(seen - 1, 1), inverse[a][a]));
 }
 
+/** What all views share does not show in their scatter: the limb model itself, in millimetres. */
+static void add_model_error(double sigma[UNKNOWNS], const struct tangent *t, int count, vec3 center)
+{
+    double mm_per_px = 0;
+    for (int i = 0; i < count; i++)
+        mm_per_px += vec3_length(vec3_sub(center, t[i].eye)) / t[i].px / count;
+    for (int a = 0; a < UNKNOWNS; a++)
+        sigma[a] = hypot(sigma[a], MODEL_PX * mm_per_px);
+}
+
 static int make_tangents(struct tangent *t, const struct calibration *c, const struct edge *edge,
                          int count)
 {
@@ -209,6 +221,7 @@ enum status cal_sphere_fit(struct sample *sample, const struct calibration *cali
     }
     double sigma[UNKNOWNS];
     sandwich(sigma, h, view_g, calibration->views);
+    add_model_error(sigma, t, count, s.center);
     memcpy(s.sigma_center, sigma, sizeof s.sigma_center);
     s.sigma_radius = sample->sigma_radius > 0 ? sigma[3] : 0;
     measure_outline(&s, t, count, scale);

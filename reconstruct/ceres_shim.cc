@@ -2,11 +2,16 @@
 #include "ceres_shim.h"
 
 #include <ceres/ceres.h>
+#include <glog/logging.h>
 
 #include <exception>
 
 namespace
 {
+
+// Ceres tells its callers what failed; its log would tell the user again, in other words.
+const bool quiet = (FLAGS_minloglevel = google::GLOG_FATAL, true);
+
 
 class PointCost : public ceres::CostFunction
 {

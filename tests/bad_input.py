@@ -1,12 +1,13 @@
 #!/usr/bin/python3
 """Bad input: one clear message on stderr, exit code 1, nothing half-written; good photographs are kept.
 
-    tests/bad_input.py GONIOCAM PROJECT        renders samples/test-ball.yaml once and spoils copies of it
+    tests/bad_input.py GONIOCAM PROJECT        renders samples/tiny.yaml once and spoils copies of it
 """
 import glob
 import os
 import re
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -72,9 +73,10 @@ def truncate(path, part):
 def strip_exif(path):
     """Rename the EXIF tag in a little-endian TIFF's directory, so that no reader finds it."""
     data = bytearray(open(path, "rb").read())
-    at = data.rfind((34665).to_bytes(2, "little") + (4).to_bytes(2, "little"))
-    assert at > 0
-    data[at:at + 2] = (65000).to_bytes(2, "little")
+    at, = struct.unpack_from("<I", data, 4)
+    entries, = struct.unpack_from("<H", data, at)
+    places = [at + 2 + 12 * i for i in range(entries) if struct.unpack_from("<H", data, at + 2 + 12 * i)[0] == 34665]
+    struct.pack_into("<H", data, places[0], 65000)
     open(path, "wb").write(data)
 
 
@@ -202,7 +204,7 @@ def main():
     goniocam, project = sys.argv[1:3]
     with tempfile.TemporaryDirectory() as folder:
         capture = os.path.join(folder, "capture")
-        subprocess.check_call([goniocam, "render", os.path.join(project, "samples/test-ball.yaml"), "-o", capture, "--quiet"],
+        subprocess.check_call([goniocam, "render", os.path.join(project, "samples/tiny.yaml"), "-o", capture, "--quiet"],
                               stdout=subprocess.DEVNULL)
         cases(lambda name: Case(goniocam, capture, folder, name))
     sys.exit(1 if failed else 0)

@@ -3,7 +3,7 @@
 
     tests/round_trip.py GONIOCAM PROJECT
 
-The scene is samples/test-ball.yaml. Limits are three times what its noise and size (few, small photographs) leave, or
+The scene is samples/tiny.yaml. Limits are three times what its noise and size (few, small photographs) leave, or
 looser; the figures of full captures are tests/bench/accuracy.py's.
 """
 import filecmp
@@ -59,7 +59,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         capture, one, two = (os.path.join(folder, n) for n in ("capture", "one", "two"))
         run = lambda *a: subprocess.check_call([goniocam, *a, "--quiet"], stdout=subprocess.DEVNULL)
-        run("render", os.path.join(project, "samples/test-ball.yaml"), "-o", capture)
+        run("render", os.path.join(project, "samples/tiny.yaml"), "-o", capture)
         run("reconstruct", capture, "-o", one, "--threads", "1")
         run("reconstruct", capture, "-o", two, "--threads", "2")
         truth = T.Truth(os.path.join(capture, "truth.json"))

@@ -23,7 +23,7 @@ def check(what, value, limit):
 
 def main():
     goniocam, project = sys.argv[1:3]
-    shared = os.path.join(project, "../shared")
+    shared = os.path.realpath(os.path.join(project, "../shared"))
     source = os.path.join(shared, "captures/plastic-sphere-direct")
     if not os.path.isdir(source):
         print("no ../shared: skipped")

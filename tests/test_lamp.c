@@ -42,6 +42,7 @@ static void light(struct scene *s, struct facet *f, const double reflectance[3],
             + noise * sin(3.7 * s->board.count + 5.1 * s->sample.count + c);
         f->sigma[c] = 0.001;
     }
+    f->bright = true;
 }
 
 static void add_board(struct scene *s, int v, double noise)

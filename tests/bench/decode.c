@@ -3,6 +3,7 @@
  *     decode THREADS FILE.tif...      prints seconds
  */
 #include <omp.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <tiffio.h>
