@@ -192,11 +192,14 @@ enum status capture_yaml_read(struct capture_yaml *yaml, const char *file, struc
     cyaml_config_t config = configuration(&c);
     cyaml_err_t result = cyaml_load_data((const uint8_t *)made.source.text, made.source.size,
                                          &config, &root, (cyaml_data_t **)&made.root, NULL);
-    if (result == CYAML_OK && made.root) {
+    bool odd = made.source.odd.status && result != CYAML_ERR_INVALID_KEY;
+    if (result == CYAML_OK && made.root && !odd) {
         *yaml = made;
         return STATUS_OK;
     }
-    if (result == CYAML_OK)
+    if (odd)
+        status = cap_fail(err, made.source.odd.status, "%s", made.source.odd.text);
+    else if (result == CYAML_OK)
         status = cap_fail(err, STATUS_FORMAT, "%s: is empty", file);
     else
         status =

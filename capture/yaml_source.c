@@ -154,19 +154,22 @@ static char *quoted_item(const char *value, size_t lines)
     return made;
 }
 
-static enum status check_number(struct walk *walk, const char *generic, const char *text,
-                                size_t line, struct error *err)
+static void check_number(struct walk *walk, const char *generic, const char *text, size_t line)
 {
     char *end;
-    if (in_list(walk->rules->whole, generic)) {
+    bool whole = in_list(walk->rules->whole, generic), good;
+    if (whole) {
         errno = 0;
         long number = strtol(text, &end, 10);
-        bool ok = end != text && !*end && !errno && number == (int)number;
-        return ok ? STATUS_OK : fail_at(walk, err, line, "this has to be a whole number");
+        good = end != text && !*end && !errno && number == (int)number;
+    } else {
+        double number = strtod(text, &end);
+        good = end != text && !*end && isfinite(number);
     }
-    double number = strtod(text, &end);
-    bool ok = end != text && !*end && isfinite(number);
-    return ok ? STATUS_OK : fail_at(walk, err, line, "this has to be a number");
+    struct error *odd = &walk->source->odd;
+    if (!good && !odd->status)
+        fail_at(walk, odd, line,
+                whole ? "this has to be a whole number" : "this has to be a number");
 }
 
 static enum status take_scalar(struct walk *walk, const yaml_event_t *event, struct error *err)
@@ -188,7 +191,7 @@ static enum status take_scalar(struct walk *walk, const yaml_event_t *event, str
     if (length > 2 && strcmp(generic + length - 2, "[]") == 0)
         generic[length - 2] = '\0';  // an item has the type of its list
     if (!status && !in_list(walk->rules->texts, generic))
-        status = check_number(walk, generic, text, line, err);
+        check_number(walk, generic, text, line);
     return status;
 }
 

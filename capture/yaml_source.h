@@ -18,11 +18,13 @@ struct yaml_source {
     size_t size;
     struct yaml_place *place;  // [places]
     int places;
+    struct error odd;  // the first scalar that is no number and no known text; or it is under an
+                       // unknown key, which the schema then finds: that is the better story
 };
 
 /** Read a file. Nodes whose path without indices ("lights[].photos") is in lists[] (ends with
  *  NULL) become lists; the last key of texts[] paths may be any text, and of whole[] paths must be
- *  a whole number; all other scalars must be numbers, to their last character.
+ *  a whole number; all other scalars must be numbers, to their last character (see odd).
  *  STATUS_IO; STATUS_FORMAT with file, line and key: broken YAML, a key twice, an alias. */
 struct yaml_rules {
     const char *const *lists, *const *texts, *const *whole;

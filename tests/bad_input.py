@@ -130,7 +130,7 @@ def cases(case):
     for s in shots[2:]:
         for p in c.photos(s + "_*.tif"):
             os.remove(p)
-    c.run().expect(1, "three").absent(*RESULTS)
+    c.run().expect(1, "at least 3").absent(*RESULTS)
 
     c = case("tagless-shot")
     shot = os.path.basename(c.photos()[0]).split("_")[0]
