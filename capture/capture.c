@@ -114,7 +114,7 @@ static bool read_metadata(struct photo *photo, const char *folder, struct error 
 /* Photographs that cannot be read are left out, and named in their order. */
 static enum status read_photos(struct capture *capture, struct run *run, struct error *err)
 {
-    int count = capture->photos, kept = 0;
+    int count = capture->photos, kept = 0, missing = 0;
     struct error *story = calloc((size_t)count, sizeof *story);
     if (!story)
         return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
@@ -125,8 +125,11 @@ static enum status read_photos(struct capture *capture, struct run *run, struct 
         if (story[i].status) {
             cap_warn(run, "%s: this photograph is left out", story[i].text);
             free(capture->photo[i].name);
+            missing++;
         } else {
-            capture->photo[kept++] = capture->photo[i];
+            capture->photo[kept] = capture->photo[i];
+            capture->photo[kept++].missing = missing;
+            missing = 0;
         }
     }
     free(story);

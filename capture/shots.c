@@ -55,14 +55,9 @@ static bool same_settings(const struct photo *a, const struct photo *b)
            && a->iso == b->iso;
 }
 
-static bool time_repeats(const struct capture *capture, const struct shot *shot, double time)
+static bool same_times(double a, double b)
 {
-    for (int k = 0; k < shot->photos; k++) {
-        double other = capture->photo[shot->photo[k]].exposure_time;
-        if (fabs(other - time) < same_time * time)
-            return true;
-    }
-    return false;
+    return fabs(a - b) < same_time * b;
 }
 
 static enum status append(struct shot *shot, struct capture *capture, int photo, struct error *err)
@@ -113,10 +108,71 @@ static enum status take_named_shot(struct capture *capture, const struct capture
     return status;
 }
 
+/* The exposure time that most often comes right before this one; 0: none does. */
+static double usual_before(const struct capture *capture, double time)
+{
+    double usual = 0;
+    int most = 0;
+    for (int i = 1; i < capture->photos; i++) {
+        double before = capture->photo[i - 1].exposure_time;
+        if (capture->photo[i].missing || !same_times(capture->photo[i].exposure_time, time))
+            continue;
+        int times = 0;
+        for (int k = 1; k < capture->photos; k++)
+            times += !capture->photo[k].missing && same_times(capture->photo[k].exposure_time, time)
+                     && same_times(capture->photo[k - 1].exposure_time, before);
+        if (times > most) {
+            most = times;
+            usual = before;
+        }
+    }
+    return usual;
+}
+
+/* The exposure times of a shot as far as it goes. */
+struct bracket {
+    double *time;
+    int times;
+};
+
+/* Take one more time; true: it is there already, and begins the next bracket. */
+static bool next_time(struct bracket *bracket, double time)
+{
+    bool repeats = false;
+    for (int k = 0; k < bracket->times; k++)
+        repeats = repeats || same_times(bracket->time[k], time);
+    if (repeats)
+        bracket->times = 0;
+    bracket->time[bracket->times++] = time;
+    return repeats;
+}
+
+/* A photograph that cannot be read still had its turn: it is taken to have had the time that
+ * usually comes before the next one's. true: one of those before `photo` begins a bracket. */
+static bool next_missing(struct bracket *bracket, const struct capture *capture,
+                         const struct photo *photo)
+{
+    bool begins = false;
+    for (int k = photo->missing; k > 0; k--) {
+        double time = photo->exposure_time;
+        for (int back = 0; back < k && time > 0; back++)
+            time = usual_before(capture, time);
+        if (time > 0)
+            begins = next_time(bracket, time) || begins;
+    }
+    return begins;
+}
+
 static enum status take_brackets(struct capture *capture, struct error *err)
 {
     struct shot *shot = NULL;
     enum status status = STATUS_OK;
+    size_t most = (size_t)capture->photos;
+    for (int i = 0; i < capture->photos; i++)
+        most += (size_t)capture->photo[i].missing;
+    struct bracket bracket = {.time = calloc(most, sizeof *bracket.time)};
+    if (!bracket.time)
+        return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
     for (int i = 0; i < capture->photos && !status; i++) {
         const struct photo *photo = &capture->photo[i];
         if (photo->shot >= 0) {
@@ -125,12 +181,18 @@ static enum status take_brackets(struct capture *capture, struct error *err)
         }
         const char *dot = strrchr(photo->name, '.');
         size_t length = dot ? (size_t)(dot - photo->name) : strlen(photo->name);
-        if (!shot || !same_settings(&capture->photo[shot->photo[0]], photo)
-            || time_repeats(capture, shot, photo->exposure_time))
+        if (!shot || !same_settings(&capture->photo[shot->photo[0]], photo)) {
+            shot = NULL;
+            bracket.times = 0;
+        }
+        bool begins = next_missing(&bracket, capture, photo);
+        begins = next_time(&bracket, photo->exposure_time) || begins;
+        if (!shot || begins)
             shot = new_shot(capture, photo->name, length);
         status = shot ? append(shot, capture, i, err)
                       : cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
     }
+    free(bracket.time);
     return status;
 }
 

@@ -63,6 +63,23 @@ static void test_a_repeated_time_begins_a_shot(void **state)
     expect_shots(&capture, &plain, "001");
 }
 
+static void test_an_unreadable_photograph_keeps_its_turn(void **state)
+{
+    (void)state;
+    // (1) 4 16 | 1 4 16 | 1 4 16 : without its turn, the second shot's 1 would join the first
+    struct capture capture = make_capture((const double[]){4, 16, 1, 4, 16, 1, 4, 16}, 8);
+    capture.photo[0].missing = 1;
+    expect_shots(&capture, &plain, "00111222");
+    // 1 4 16 | (1 4) 16 | 1 4 16
+    capture = make_capture((const double[]){1, 4, 16, 16, 1, 4, 16}, 7);
+    capture.photo[3].missing = 2;
+    expect_shots(&capture, &plain, "0001222");
+    // 1 4 (16 | 1) 4 16 | 1 4 16
+    capture = make_capture((const double[]){1, 4, 4, 16, 1, 4, 16}, 7);
+    capture.photo[2].missing = 2;
+    expect_shots(&capture, &plain, "0011222");
+}
+
 static void test_other_settings_begin_a_shot(void **state)
 {
     (void)state;
@@ -124,6 +141,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_digits_compare_as_numbers),
         cmocka_unit_test(test_a_repeated_time_begins_a_shot),
+        cmocka_unit_test(test_an_unreadable_photograph_keeps_its_turn),
         cmocka_unit_test(test_other_settings_begin_a_shot),
         cmocka_unit_test(test_shots_and_cameras_have_names),
         cmocka_unit_test(test_named_shots_come_first),

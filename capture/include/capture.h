@@ -251,6 +251,7 @@ struct photo {
     char make[64], model[64], taken[32];                // taken: "2026:11:22 10:00:00"
     int light;            // index into lights, or -1
     int shot;             // index into shots, or -1: left out
+    int missing;          // photographs right before it, by name, that cannot be read
 };
 
 /** One view of the scene: a bracket of photographs that differ by exposure time only. */
