@@ -83,6 +83,7 @@ enum status rec_tally_add(struct tally *tally, const reflectance_sample *s, stru
         b->w_spread[i] += fix(w * fmin(s->spread[i], 1));
     b->w_back += back ? fix(w) : 0;
     for (int c = 0; c < 3; c++) {
+        b->w_bounced[c] += fix(w * s->bounced[c]);
         fixed128 w_f = fix(w * s->f[c]);
         b->w_f[c] += w_f;
         b->w_f_back[c] += back ? w_f : 0;
@@ -108,6 +109,7 @@ static void add_sums(struct bin_sums *to, const struct bin_sums *from)
         to->w_angle[c] += from->w_angle[c];
         to->ww_noise[c] += from->ww_noise[c];
         to->w_f_back[c] += from->w_f_back[c];
+        to->w_bounced[c] += from->w_bounced[c];
     }
 }
 
@@ -158,6 +160,7 @@ static struct bin finish_bin(const struct bin_sums *s, int index)
     };
     for (int c = 0; c < 3; c++) {
         b.mean[c] = unfix(s->w_f[c]) / w;
+        b.bounced[c] = unfix(s->w_bounced[c]) / w;
         b.scatter[c] = sqrt(fmax(0, unfix(s->w_ff[c]) / w - b.mean[c] * b.mean[c]));
         b.noise[c] = sqrt(unfix(s->ww_noise[c])) / w;
         double forth = unfix(s->w_f[c] - s->w_f_back[c]) / (w - back);

@@ -12,6 +12,7 @@ struct gathering {
     const struct calibration *calibration;
     const struct lens_table *lens;  // [cameras]
     const struct board_extent *board;
+    const struct consensus *consensus;
     const char *out;
     struct run *run;
     enum status status;
@@ -72,6 +73,8 @@ static enum status add_shot(struct tally *tally, struct census *census, const st
     struct bounce_map bounce = {0};
     status = rec_bounce_make(&bounce, c, view, &v, box, err);
     v.bounce = &bounce;
+    v.consensus = g->consensus;
+    v.bounce_scatter = g->consensus ? g->consensus->bounce_scatter : 0;
     int64_t used = census->photosites[FATE_USED];
     for (int y = box.y0; y < box.y1 && !status; y++)
         for (int x = box.x0; x < box.x1 && !status; x++) {
@@ -81,7 +84,8 @@ static enum status add_shot(struct tally *tally, struct census *census, const st
             census->photosites[fate] += hit;
             if (fate != FATE_USED)
                 continue;
-            census->bounced_ppm += llround(1e6 * sample.bounced);
+            double b = (sample.bounced[0] + sample.bounced[1] + sample.bounced[2]) / 3;
+            census->bounced_ppm += llround(1e6 * b / (1 + b));
             status = rec_tally_add(tally, &sample, err);
         }
     if (census->photosites[FATE_USED] == used)
@@ -143,14 +147,15 @@ static void gather_shots(struct tally *total, struct census *census, struct gath
 
 enum status rec_gather(struct bins *bins, struct census *census,
                        const struct calibration *calibration, const struct board_extent *board,
-                       const char *out, struct run *run, struct error *err)
+                       const struct consensus *consensus, const char *out, struct run *run,
+                       struct error *err)
 {
     struct lens_table *lens = NULL;
     struct tally total = {0};
     struct census seen = {0};
     enum status status = make_lenses(&lens, calibration, err);
     if (!status) {
-        struct gathering g = {calibration, lens, board, out, run, STATUS_OK, err};
+        struct gathering g = {calibration, lens, board, consensus, out, run, STATUS_OK, err};
         gather_shots(&total, &seen, &g);
         status = g.status;
     }

@@ -2,6 +2,7 @@
 #ifndef GONIOCAM_GATHER_H
 #define GONIOCAM_GATHER_H
 
+#include "consensus.h"
 #include "samples.h"
 
 /** Where the photosites went. Photosites whose ray misses the sample are not counted. */
@@ -13,9 +14,11 @@ struct census {
 
 /** Read OUT/radiance/SHOT.exr of every view and bin its samples. The result is the same to the
  *  last bit for any number of threads and any order of the views; memory is one map and one tally
- *  a thread. board may be NULL. STATUS_IO and others of the maps; STATUS_DATA: no sample at all. */
+ *  a thread. board may be NULL, and consensus: nothing is known of f yet. STATUS_IO and others of
+ * the maps; STATUS_DATA: no sample at all. */
 enum status rec_gather(struct bins *bins, struct census *census,
                        const struct calibration *calibration, const struct board_extent *board,
-                       const char *out, struct run *run, struct error *err);
+                       const struct consensus *consensus, const char *out, struct run *run,
+                       struct error *err);
 
 #endif

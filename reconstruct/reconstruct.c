@@ -103,17 +103,51 @@ static double median_sigma(const struct bins *bins)
     return median;
 }
 
-static enum status measure(struct job *j, struct error *err)
+static enum status gather(struct job *j, const char *stage, const struct consensus *consensus,
+                          struct error *err)
 {
     struct board_extent board;
     bool has_board = board_of(&board, &j->capture);
-    cap_stage(j->run, "samples", j->calibration.views);
-    enum status status = rec_gather(&j->bins, &j->census, &j->calibration,
-                                    has_board ? &board : NULL, j->out, j->run, err);
+    cap_stage(j->run, stage, j->calibration.views);
+    return rec_gather(&j->bins, &j->census, &j->calibration, has_board ? &board : NULL, consensus,
+                      j->out, j->run, err);
+}
+
+// All photosites as they come, and what the bins so found say of their neighbours. The fit stays
+// where it is in j->fits: the consensus is relative to it.
+static enum status look_first(struct job *j, struct consensus *consensus, struct error *err)
+{
+    enum status status = gather(j, "samples", NULL, err);
+    if (!status) {
+        cap_stage(j->run, "fit", 0);
+        status = rec_fit(&j->fits, &j->bins, NULL, 0, j->run, err);
+    }
+    if (!status) {
+        rec_bins_widen(&j->bins, &j->fits.fit[0]);
+        status = rec_consensus_make(consensus, &j->bins, &j->fits.fit[0], j->run, err);
+    }
+    rec_bins_free(&j->bins);
+    return status;
+}
+
+// Again, without what strays, and weighted by how much photosites really scatter.
+static enum status look_again(struct job *j, struct error *err)
+{
+    struct consensus consensus = {0};
+    enum status status = look_first(j, &consensus, err);
+    if (!status)
+        status = gather(j, "samples again", &consensus, err);
+    rec_consensus_free(&consensus);
+    return status;
+}
+
+static enum status measure(struct job *j, struct error *err)
+{
+    enum status status = look_again(j, err);
     if (status)
         return status;
-    cap_stage(j->run, "fit", 0);
-    status = rec_fit(&j->fits, &j->bins, NULL, 0, j->run, err);
+    cap_stage(j->run, "fit again", 0);
+    status = rec_fit_again(&j->fits, &j->bins, j->run, err);
     if (status)
         return status;
     rec_bins_sharpen(&j->bins, &j->fits.fit[0]);
@@ -121,6 +155,12 @@ static enum status measure(struct job *j, struct error *err)
     if (status)
         return status;
     rec_bins_widen(&j->bins, &j->fits.fit[0]);
+    struct consensus consensus = {0};
+    status = rec_consensus_make(&consensus, &j->bins, &j->fits.fit[0], j->run, err);
+    if (status)
+        return status;
+    rec_consensus_widen(&j->bins, &consensus);
+    rec_consensus_free(&consensus);
     j->median_sigma = median_sigma(&j->bins);
     cap_stage(j->run, "table", 0);
     j->status = malloc(MERL_BINS);

@@ -7,6 +7,7 @@
  *           share: it is kept apart from noise and never averages out (bins.c).
  */
 #include "bounce_map.h"
+#include "consensus.h"
 #include "sample_errors.h"
 
 #include <assert.h>
@@ -163,7 +164,7 @@ static enum fate read_photosite(reflectance_sample *out, const struct viewing *v
     const double limit = 1e5;  // 1/sr: a mirror whose lobe is 0.1 degrees wide; see bins.c
     size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)x);
     double pixel[2] = {x, y}, vignetting = cal_vignetting(v->camera, pixel);
-    double bounced[3] = {0}, extra = 0, all = 0;
+    double bounced[3] = {0};
     if (v->bounce)
         rec_bounce_at(v->bounce, a, x, y, bounced);
     for (int c = 0; c < 3; c++) {
@@ -171,15 +172,23 @@ static enum fate read_photosite(reflectance_sample *out, const struct viewing *v
         if (isinf(variance))
             return FATE_SATURATED;
         double scale = 1 / (vignetting * v->light[c] * a->irradiance);
-        out->f[c] = (value - vignetting * bounced[c]) * scale;
-        out->noise[c] = variance * scale * scale;
+        double extra = vignetting * bounced[c], most = 49;  // 98 % of the light
+        out->f[c] = (value - extra) * scale;
+        out->bounced[c] = extra > 0 ? extra / fmax(value - extra, extra / most) : 0;
+        out->noise[c] = (variance + square(v->bounce_scatter * extra)) * scale * scale;
         if (!(fabs(out->f[c]) < limit) || !(out->noise[c] >= 0 && out->noise[c] < limit * limit))
             return FATE_UNUSABLE;
-        extra += vignetting * bounced[c];
-        all += value;
     }
-    out->bounced = extra > 0 && all > 0 ? fmin(extra / all, 1) : 0;
     return FATE_USED;
+}
+
+// Too far from what the neighbours of its bin say?
+static bool strays(const reflectance_sample *s, const struct consensus *consensus)
+{
+    vec3 wi, wo;
+    rec_directions(s->angles, &wi, &wo);
+    return wi.z > 0 && wo.z > 0
+           && !rec_consensus_allows(consensus, rec_merl_index(s->angles), wi, wo, s->f, s->noise);
 }
 
 enum fate rec_sample_at(reflectance_sample *out, const struct viewing *viewing,
@@ -200,10 +209,16 @@ enum fate rec_sample_at(reflectance_sample *out, const struct viewing *viewing,
     out->spread[0] = a.spread[0];
     out->spread[1] = a.spread[1];
     shared_errors shared = rec_shared_errors(viewing, &a);
-    // What is left after a part b was taken out, known to bounce_sigma, is off by b/(1 - b) of it.
-    double left = fmax(1 - out->bounced, 0.02);
-    out->systematic = hypot(shared.systematic, viewing->bounce_sigma * out->bounced / left);
+    double bounced = (out->bounced[0] + out->bounced[1] + out->bounced[2]) / 3;
+    out->systematic = hypot(shared.systematic, viewing->bounce_sigma * bounced);
     out->tilt = shared.tilt;
-    out->weight = weight_of(expected_noise2(map, x, y) + square(out->systematic));
+    out->weight = weight_of(expected_noise2(map, x, y) + square(out->systematic)
+                            + square(viewing->bounce_scatter * bounced));
+    out->point = a.point;
+    out->normal = a.normal;
+    out->wi = a.wi;
+    out->wo = a.wo;
+    if (viewing->consensus && strays(out, viewing->consensus))
+        return FATE_STRAY;
     return FATE_USED;
 }

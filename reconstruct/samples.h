@@ -13,7 +13,8 @@
     X(TERMINATOR, "terminator") /* within a photosite of where the lamp sets */                    \
     X(OCCLUDED, "occluded")     /* the board stands before it */                                   \
     X(SATURATED, "saturated")   /* in every frame of the bracket, in some channel */               \
-    X(UNUSABLE, "unusable")     /* no number, or beyond what a bin can sum */
+    X(UNUSABLE, "unusable")     /* no number, or beyond what a bin can sum */                      \
+    X(STRAY, "stray") /* far from its neighbours: dust, a scratch, flare, something before it */
 
 #define FATE_ENUM(name, text) FATE_##name,
 enum fate { FATE_LIST(FATE_ENUM) FATES };
@@ -30,7 +31,8 @@ typedef struct {
     double tilt;        // 1 sigma of theta_h
     double spread[2];   // variance of the normal over the photosite: towards h, across; rad^2
     double weight;      // (0, 1]; no function of this photosite's own noise
-    double bounced;     // part of the radiance that the lit board brought, taken out of f
+    double bounced[3];  // light that the lit board brought, taken out of f: over what is left
+    vec3 point, normal, wi, wo;  // in the world
 } reflectance_sample;
 
 /** All that a photosite needs to know of its shot. Borrows everything. */
@@ -40,14 +42,16 @@ struct viewing {
     const struct lamp *lamp;
     const struct sample *sample;
     const struct lens_table *lens;
-    const struct board_extent *board;  // may be NULL
-    struct bounce_map *bounce;         // the lit board's light, may be NULL: there is none
+    const struct board_extent *board;   // may be NULL
+    struct bounce_map *bounce;          // the lit board's light, may be NULL: there is none
+    const struct consensus *consensus;  // what is known of f already, may be NULL: nothing
     mat3 view_from_world;
     vec3 eye, lamp_position;
-    double light[3];      // intensity (or irradiance) times power
-    double shake;         // 1 sigma of the ray at the sample from the pose, mm
-    double dimming;       // 1 sigma of ln(light)
-    double bounce_sigma;  // of the bounced light, relative
+    double light[3];        // intensity (or irradiance) times power
+    double shake;           // 1 sigma of the ray at the sample from the pose, mm
+    double dimming;         // 1 sigma of ln(light)
+    double bounce_sigma;    // of the bounced light, relative: shared by all photosites
+    double bounce_scatter;  // likewise, of each photosite's own
 };
 
 /** The board's rectangle in the plane z = 0 of the world. */

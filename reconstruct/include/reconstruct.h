@@ -84,6 +84,7 @@ struct bin {
     double swapped[3];   // mean of the samples with phi_d >= 0 less that of the others; NAN: one
                          // kind only. Reciprocity says 0.
     double sharpened[3]; // what the mean was multiplied by, less 1
+    double bounced[3];   // light from the lit board that was taken out, over what is left
     double systematic;   // relative: the part of sigma that is shared, at fixed angles
     double tilt;         // 1 sigma of theta_h
     double spread[2];    // variance of the normal over a photosite, towards h and across it, rad^2
