@@ -3,7 +3,7 @@
 # renders photographs of a plastic ball, and makes a BRDF of them.
 set -eu
 cd "$(dirname "$0")/.."
-sh .ci/build release
+sh .ci/build release goniocam
 goniocam=build/release/goniocam
 rm -rf out/plastic-ball out/plastic-ball-brdf
 $goniocam render samples/plastic-ball.yaml -o out/plastic-ball
