@@ -93,11 +93,13 @@ static bool list_board(struct emitters *list, const struct shot_view *view, int 
 #pragma omp parallel for num_threads(threads)
     for (int i = 0; i < columns * rows; i++) {
         struct emitter *cell = &list->item[i];
-        double x = e.low[0] + i % columns * CELL, y = e.low[1] + i / columns * CELL;
+        int row = i / columns, column = i % columns;
+        double x = e.low[0] + column * CELL, y = e.low[1] + row * CELL;
         cell->point = (vec3){x + CELL / 2, y + CELL / 2, 0};
         cell->area = CELL * CELL;
-        for (int k = 0; k < SUB * SUB; k++)
-            add_direct(view, x + (k % SUB + 0.5) * sub, y + (k / SUB + 0.5) * sub, z, cell);
+        for (int j = 0; j < SUB; j++)
+            for (int k = 0; k < SUB; k++)
+                add_direct(view, x + (k + 0.5) * sub, y + (j + 0.5) * sub, z, cell);
     }
     for (int i = 0; i < columns * rows; i++)  // dark cells, and those beside the board, are none
         if (list->item[i].radiance[0] + list->item[i].radiance[1] + list->item[i].radiance[2] > 0)
@@ -141,8 +143,9 @@ static double theta_limb(const struct bounce *bounce)
 static void fill_sample_node(const struct bounce *bounce, const struct emitters *board, int node)
 {
     const struct sample_place *place = &bounce->view->world->scene->sample.place;
-    double theta = (double)(node / BOUNCE_PHI) / (BOUNCE_THETA - 1) * theta_limb(bounce);
-    double phi = 2 * CAP_PI * (node % BOUNCE_PHI) / BOUNCE_PHI;
+    int row = node / BOUNCE_PHI, column = node % BOUNCE_PHI;
+    double theta = theta_limb(bounce) * row / (BOUNCE_THETA - 1);
+    double phi = 2 * CAP_PI * column / BOUNCE_PHI;
     vec3 n = vec3_add(vec3_scale(bounce->z, cos(theta)),
                       vec3_add(vec3_scale(bounce->x, sin(theta) * cos(phi)),
                                vec3_scale(bounce->y, sin(theta) * sin(phi))));
@@ -173,11 +176,12 @@ static bool list_sphere(struct emitters *list, const struct shot_view *view)
         struct emitter point = {.point = vec3_add(place->center, vec3_scale(n, place->radius)),
                                 .area = 4 * CAP_PI * place->radius * place->radius / SPHERE_POINTS};
         struct spot spot = {.matter = MATTER_SAMPLE, .point = point.point, .normal = n};
-        if (sam_lit(view, &spot, n) == LIT_NOT)
-            continue;
         struct incidence in = sam_light_part(&view->light, spot.point, 0, 1);
+        double cos_i = vec3_dot(in.wi, n);
+        if (cos_i <= 0 || sam_lit(view, &spot, n) == LIT_NOT)
+            continue;
         for (int c = 0; c < 3; c++)
-            point.radiance[c] = in.irradiance[c] * fmax(0, vec3_dot(in.wi, n));
+            point.radiance[c] = in.irradiance[c] * cos_i;
         list->item[list->count++] = point;
     }
     return true;
@@ -188,8 +192,8 @@ static void fill_board_node(const struct bounce *bounce, const struct emitters *
     const struct shot_view *view = bounce->view;
     const struct sample_place *place = &view->world->scene->sample.place;
     double *rgb = &bounce->on_board[3 * node];
-    vec3 q = {bounce->x0 + node % bounce->columns * STEP,
-              bounce->y0 + node / bounce->columns * STEP, 0};
+    int row = node / bounce->columns, column = node % bounce->columns;
+    vec3 q = {bounce->x0 + column * STEP, bounce->y0 + row * STEP, 0};
     for (int i = 0; i < sphere->count; i++) {
         const struct emitter *p = &sphere->item[i];
         vec3 to = vec3_sub(q, p->point);

@@ -54,6 +54,7 @@ enum status sam_doc_open(struct doc **out, const char *path, struct error *err)
     else
         status = parse(doc, file, path, err);
     if (!status) {
+        assert(doc);
         size_t nodes = (size_t)(doc->yaml.nodes.top - doc->yaml.nodes.start);
         doc->asked = calloc(nodes + 1, sizeof *doc->asked);
         if (!doc->asked) {
@@ -77,7 +78,7 @@ static yaml_node_t *node_of(const struct doc *doc, doc_node node)
 
 static const char *text_of(const yaml_node_t *node)
 {
-    return node->type == YAML_SCALAR_NODE ? (const char *)node->data.scalar.value : "?";
+    return node && node->type == YAML_SCALAR_NODE ? (const char *)node->data.scalar.value : "?";
 }
 
 /** The first key that nobody asked for, below any mapping. */
@@ -86,7 +87,7 @@ static void find_unasked(struct doc *doc)
     int nodes = (int)(doc->yaml.nodes.top - doc->yaml.nodes.start);
     for (int i = 1; i <= nodes && sam_doc_fine(doc); i++) {
         yaml_node_t *node = node_of(doc, i);
-        if (node->type != YAML_MAPPING_NODE)
+        if (!node || node->type != YAML_MAPPING_NODE)
             continue;
         for (yaml_node_pair_t *p = node->data.mapping.pairs.start; p < node->data.mapping.pairs.top;
              p++)

@@ -84,8 +84,9 @@ static struct sight look(const void *scene, double x, double y, int shade)
     struct spot spot = sam_spot(view->world, &view->eye_vantage, ray);
     vec3 wo = vec3_scale(ray.direction, -1);
     enum lit lit = sam_lit(view, &spot, wo);
-    struct sight sight = {.id = spot.surface * 3 + (int)lit,
-                          .curved = spot.matter == MATTER_SAMPLE};
+    struct sight sight = {.id = spot.surface * 2 + (lit != LIT_NOT),
+                          .curved = spot.matter == MATTER_SAMPLE,
+                          .rough = lit == LIT_PARTLY};
     if (shade)
         sam_shade(view, &spot, lit, wo, sight.rgb);
     if (shade && tile->bounce)

@@ -47,6 +47,8 @@ static double falloff(const struct lighting *light, vec3 wi)
 static vec3 in_cone(vec3 z, double cosine, int i, int n)
 {
     static const double GOLDEN_ANGLE = 2.39996322972865332;  // pi (3 - sqrt 5)
+    if (n == 1)
+        return z;
     double cos_t = 1 - (1 - cosine) * (i + 0.5) / n, sin_t = sqrt(fmax(0, 1 - cos_t * cos_t));
     vec3 x, y;
     sam_frame(z, &x, &y);
@@ -70,9 +72,9 @@ struct incidence sam_light_part(const struct lighting *light, vec3 point, int i,
             assert(sine < 1);
             double cosine = sqrt(1 - sine * sine);
             in.wi = in_cone(in.wi, cosine, i, n);
-            in.distance = r * cosine;  // of the rim; nothing stands nearer to a lamp than that
+            in.distance = n == 1 ? r : r * cosine;  // of the rim; nothing stands nearer than that
             // radiance x solid angle of the cone: I / (pi a^2) x 2 pi (1 - cos), cancellation-free
-            weight *= 2 / (1 + cosine);
+            weight *= n == 1 ? 1 : 2 / (1 + cosine);
         }
     }
     for (int c = 0; c < 3; c++)

@@ -28,6 +28,6 @@ enum { LIGHT_SAMPLES = 16, LIGHT_SAMPLES_PENUMBRA = 96 };
 
 struct lighting sam_lighting(const struct scene *scene, const struct scene_shot *shot);
 /** The i-th of n equal parts of what comes from the lamp. A ball's parts are directions spread
- *  evenly over the cone that it fills; each carries 1/n of the light. */
+ *  evenly over the cone that it fills, or its middle when n is 1; each carries 1/n of the light. */
 struct incidence sam_light_part(const struct lighting *light, vec3 point, int i, int n);
 #endif

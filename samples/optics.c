@@ -47,7 +47,7 @@ static void blur_line(const float *from, float *to, int count, size_t stride, co
 
 static void blur(float *value, float *aside, int width, int height, double sigma, int threads)
 {
-    double weight[REACH_MAX + 1];
+    double weight[REACH_MAX + 1] = {1};
     int reach = gaussian(sigma, weight);
     size_t row = (size_t)width * 3;
 #pragma omp parallel for num_threads(threads)

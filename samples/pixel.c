@@ -18,7 +18,7 @@
 
 #include <math.h>
 
-enum { DEPTH_CURVED = 2, DEPTH_MAX = 5, BISECTIONS = 8 };
+enum { DEPTH_ROUGH = 1, DEPTH_CURVED = 2, DEPTH_MAX = 5, BISECTIONS = 8 };
 // A chord must have one surface this far to its left, in sides of the square, and the other as far
 // to its right: an edge that bends more is cut shorter first.
 static const double STRAIGHT = 0.01;
@@ -206,12 +206,15 @@ static void add_cell(const struct image_plane *plane, const struct cell *cell, i
                      double rgb[3])
 {
     struct sight middle = look(plane, cell->x, cell->y);
-    int cut[2] = {0, 0}, one_id = 1, curved = middle.curved;
+    int cut[2] = {0, 0}, one_id = 1, curved = middle.curved, rough = middle.rough;
     for (int i = 0; i < 4; i++) {
         one_id &= cell->corner[i].id == middle.id;
         curved |= cell->corner[i].curved;
+        rough |= cell->corner[i].rough;
     }
-    if (level >= DEPTH_MAX || (one_id && level >= depth && is_smooth(plane, cell, &middle)))
+    int enough = rough && level >= DEPTH_ROUGH;
+    if (level >= DEPTH_MAX
+        || (one_id && level >= depth && (enough || is_smooth(plane, cell, &middle))))
         add_rule(cell, &middle, rgb);
     else if (one_id || level < depth || (curved && level < DEPTH_CURVED)
              || !is_one_edge(cell, &middle, cut) || !add_split(plane, cell, cut, rgb))

@@ -7,6 +7,7 @@
 struct sight {
     int id;
     int curved;  // the surface bends away at its edge: radiance is steep there
+    int rough;   // radiance has small steps of its own, as a penumbra has: no use to look closer
     double rgb[3];
 };
 

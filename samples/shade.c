@@ -8,15 +8,21 @@ struct shot_view sam_shot_view(const struct world *world, const struct scene_sho
                              .light = sam_lighting(world->scene, shot),
                              .rotation = cal_rotation(shot->view_from_world.rotation),
                              .eye = cal_eye(shot->view_from_world)};
-    bool one_point = view.light.kind == LAMP_POINT && view.light.radius == 0;
-    view.eye_vantage = sam_vantage(world, view.eye);
-    view.lamp_vantage = one_point ? sam_vantage(world, view.light.position) : sam_vantage_nowhere();
+    const struct lighting *light = &view.light;
+    bool point = light->kind == LAMP_POINT;
+    view.eye_vantage = sam_vantage(world, view.eye, 0);
+    view.lamp_vantage = point && light->radius == 0 ? sam_vantage(world, light->position, 0)
+                                                    : sam_vantage_nowhere();
+    view.lamp_around =
+        point ? sam_vantage(world, light->position, light->radius) : sam_vantage_nowhere();
     return view;
 }
 
-static int parts(const struct shot_view *view, enum lit lit)
+/** How many parts of the lamp a spot is shaded by. What is matt and sees all of a ball sees it as
+ *  a point: its irradiance is that of its middle. */
+static int parts(const struct shot_view *view, const struct spot *spot, enum lit lit)
 {
-    if (view->light.radius == 0)
+    if (view->light.radius == 0 || (spot->matter != MATTER_SAMPLE && lit == LIT_FULLY))
         return 1;
     return lit == LIT_PARTLY ? LIGHT_SAMPLES_PENUMBRA : LIGHT_SAMPLES;
 }
@@ -29,16 +35,31 @@ static bool sees(const struct shot_view *view, const struct spot *spot, const st
                            in->distance);
 }
 
+/** A ball's verdict by its parts. */
+static enum lit lit_by_parts(const struct shot_view *view, const struct spot *spot)
+{
+    int seen = 0;
+    for (int i = 0; i < LIGHT_SAMPLES; i++) {
+        struct incidence in = sam_light_part(&view->light, spot->point, i, LIGHT_SAMPLES);
+        seen += sees(view, spot, &in);
+    }
+    return seen == LIGHT_SAMPLES ? LIT_FULLY : seen > 0 ? LIT_PARTLY : LIT_NOT;
+}
+
+/** Only where a solid is near the way to a ball's middle, or the horizon cuts the ball, its parts
+ *  need to be asked one by one. The edges of paper are too low to throw a penumbra. */
 enum lit sam_lit(const struct shot_view *view, const struct spot *spot, vec3 wo)
 {
     if (spot->matter == MATTER_NONE || vec3_dot(wo, spot->normal) <= 0)
         return LIT_NOT;
-    int n = parts(view, LIT_FULLY), seen = 0;
-    for (int i = 0; i < n; i++) {
-        struct incidence in = sam_light_part(&view->light, spot->point, i, n);
-        seen += sees(view, spot, &in);
-    }
-    return seen == n ? LIT_FULLY : seen > 0 ? LIT_PARTLY : LIT_NOT;
+    struct incidence middle = sam_light_part(&view->light, spot->point, 0, 1);
+    double sine = view->light.radius / middle.distance;
+    double above = vec3_dot(middle.wi, spot->normal);
+    if (sine > 0 && above > -sine
+        && (above < sine
+            || sam_near_solid(view->world, &view->lamp_around, middle.wi, spot->matter)))
+        return lit_by_parts(view, spot);
+    return sees(view, spot, &middle) ? LIT_FULLY : LIT_NOT;
 }
 
 void sam_reflectance(const struct world *world, const struct spot *spot, vec3 wi, vec3 wo,
@@ -61,7 +82,7 @@ void sam_shade(const struct shot_view *view, const struct spot *spot, enum lit l
     rgb[0] = rgb[1] = rgb[2] = 0;
     if (lit == LIT_NOT)
         return;
-    int n = parts(view, lit);
+    int n = parts(view, spot, lit);
     for (int i = 0; i < n; i++) {
         struct incidence in = sam_light_part(&view->light, spot->point, i, n);
         if (lit == LIT_PARTLY && !sees(view, spot, &in))
@@ -81,8 +102,9 @@ void sam_ambient_albedo(const struct scene_sample *sample, double albedo[AMBIENT
     for (int a = 0; a < AMBIENT_ANGLES; a++) {
         double cos_o = fmax((double)a / (AMBIENT_ANGLES - 1), 1e-3), sum[3] = {0, 0, 0};
         vec3 wo = {sqrt(1 - cos_o * cos_o), 0, cos_o};
-        for (int i = 0; i < N * N; i++) {
-            double cos2 = (i / N + 0.5) / N, phi = 2 * CAP_PI * (i % N + 0.5) / N, f[3];
+        for (int part = 0; part < N * N; part++) {
+            int i = part / N, j = part % N;
+            double cos2 = (i + 0.5) / N, phi = 2 * CAP_PI * (j + 0.5) / N, f[3];
             vec3 wi = {sqrt(1 - cos2) * cos(phi), sqrt(1 - cos2) * sin(phi), sqrt(cos2)};
             sample->model->eval(sample->parameter, wi, wo, f);
             for (int c = 0; c < 3; c++)

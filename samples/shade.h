@@ -9,7 +9,9 @@
 struct shot_view {
     const struct world *world;
     struct lighting light;
-    struct vantage eye_vantage, lamp_vantage;
+    struct vantage eye_vantage;
+    struct vantage lamp_vantage;  // of rays to the lamp's parts
+    struct vantage lamp_around;   // of rays to its middle, wide enough for its radius
     mat3 rotation;
     vec3 eye;
     const double (*ambient_albedo)[3];  // [AMBIENT_ANGLES] of the sample; NULL: no ambient light

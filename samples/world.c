@@ -60,13 +60,11 @@ static void find_planes(struct world *world)
     for (int i = 0; i < board->tags; i++) {
         const struct tag_place *tag = &board->tag[i];
         vec3 normal = vec3_cross(tag->x_axis, tag->y_axis);
-        struct paper_plane *last = world->planes ? &world->plane[world->planes - 1] : NULL;
-        if (last && same_plane(last, tag, normal)) {
-            last->count++;
-        } else {
-            last = &world->plane[world->planes++];
-            *last = (struct paper_plane){tag->center, tag->x_axis, tag->y_axis, normal, i, 1};
-        }
+        if (!world->planes || !same_plane(&world->plane[world->planes - 1], tag, normal))
+            world->plane[world->planes++] =
+                (struct paper_plane){tag->center, tag->x_axis, tag->y_axis, normal, i, 0};
+        struct paper_plane *last = &world->plane[world->planes - 1];
+        last->count++;
         world->paper[i] = paper_of(last, tag, board->margin);
     }
 }
@@ -113,19 +111,20 @@ static struct cone cone_of(vec3 apex, vec3 center, double radius)
     return (struct cone){vec3_scale(to, 1 / distance), sqrt(1 - sine * sine) - 1e-12};
 }
 
-struct vantage sam_vantage(const struct world *world, vec3 apex)
+struct vantage sam_vantage(const struct world *world, vec3 apex, double slack)
 {
     const struct sample_place *place = &world->scene->sample.place;
     const struct rod *post = &world->post;
     struct vantage v;
-    v.sample = cone_of(apex, place->center, hypot(place->radius, place->height / 2));
-    v.post = cone_of(apex, post->center, hypot(post->radius, post->half));
+    v.sample = cone_of(apex, place->center, hypot(place->radius, place->height / 2) + slack);
+    v.post = cone_of(apex, post->center, hypot(post->radius, post->half) + slack);
     if (post->radius == 0)
         v.post.cosine = 2;  // no direction
     for (int i = 0; i < world->scene->patches; i++) {
         const double *half = world->slab[i].half;
-        v.slab[i] = cone_of(apex, world->slab[i].center,
-                            sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]));
+        v.slab[i] =
+            cone_of(apex, world->slab[i].center,
+                    sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]) + slack);
     }
     return v;
 }
@@ -188,6 +187,16 @@ static double cross_sheet(const struct world *world, struct ray ray)
         return s;
     vec3 p = sam_at(ray, s);
     return fabs(p.x) <= board->size[0] / 2 && fabs(p.y) <= board->size[1] / 2 ? s : INFINITY;
+}
+
+bool sam_near_solid(const struct world *world, const struct vantage *apex, vec3 direction,
+                    enum matter self)
+{
+    bool near = (self != MATTER_SAMPLE && may_meet(&apex->sample, direction, -1))
+                || may_meet(&apex->post, direction, -1);
+    for (int i = 0; i < world->scene->patches && !near; i++)
+        near = may_meet(&apex->slab[i], direction, -1);
+    return near;
 }
 
 static bool papers_block(const struct world *world, struct ray ray, double far)

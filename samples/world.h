@@ -57,11 +57,15 @@ struct spot {
 /** STATUS_MEMORY. The scene must outlive the world. */
 enum status sam_world_build(struct world *world, const struct scene *scene, struct error *err);
 void sam_world_free(struct world *world);
-struct vantage sam_vantage(const struct world *world, vec3 apex);
+/** The cones from an apex, for rays that pass within `slack` of it. */
+struct vantage sam_vantage(const struct world *world, vec3 apex, double slack);
 /** The vantage of rays that have no point in common. */
 struct vantage sam_vantage_nowhere(void);
 /** The first thing that a ray from the vantage's apex meets. */
 struct spot sam_spot(const struct world *world, const struct vantage *from, struct ray ray);
+/** May a solid other than `self` stand between a point and the apex, which is in `direction`? */
+bool sam_near_solid(const struct world *world, const struct vantage *apex, vec3 direction,
+                    enum matter self);
 /** Does anything stand on the ray before s = far? Its line passes through the vantage's apex, and
  *  its direction is towards the apex. */
 bool sam_blocked(const struct world *world, const struct vantage *apex, struct ray ray, double far);

@@ -181,6 +181,77 @@ static void test_the_ball_throws_its_shadow(void **state)
     }
 }
 
+// Under a lamp of real size the shadow has a soft edge: at the point from where the ball's outline
+// passes through the lamp's middle, half of the lamp is seen, and all or nothing a lamp's image
+// away.
+static void test_a_lamp_of_real_size_has_a_penumbra(void **state)
+{
+    struct fixture *f = *state;
+    struct scene scene = f->scene;
+    struct world world = f->world;
+    struct scene_lamp lamp = scene.lamp[0];
+    lamp.radius = 3;
+    lamp.position = (vec3){0, 0, 600};
+    scene.lamp = &lamp;
+    world.scene = &scene;
+    struct shot_view view = sam_shot_view(&world, &scene.shot[0]);
+    vec3 c = scene.sample.place.center, up = {0, 0, 1};
+    double d = lamp.position.z - c.z, radius = scene.sample.place.radius;
+    double shadow = lamp.position.z * radius / sqrt(d * d - radius * radius);  // on the board
+    double soft = lamp.radius * c.z / d;  // half the width of the penumbra
+    double seen[5];
+    for (int i = 0; i < 5; i++) {
+        double x = c.x * lamp.position.z / d + shadow + (i - 2) * 0.75 * soft, rgb[3];
+        struct spot spot = from_above(f, x, 0);
+        enum lit lit = sam_lit(&view, &spot, up);
+        sam_shade(&view, &spot, lit, up, rgb);
+        struct incidence in = sam_light_part(&view.light, spot.point, 0, 1);
+        seen[i] = rgb[0] / (spot.albedo / CAP_PI * in.irradiance[0] * in.wi.z);
+    }
+    assert_near(seen[0], 0, 0);
+    assert_near(seen[2], 0.5,
+                0.06);  // a third of a part of 96 on either side, and the ball's curve
+    assert_near(seen[4], 1, 1e-3);
+    assert_true(seen[0] < seen[1] && seen[1] < seen[2] && seen[2] < seen[3] && seen[3] < seen[4]);
+}
+
+// A lying cylinder, with the normal and the light of its curved side written down directly.
+static void test_a_cylinder_shows_the_closed_form(void **state)
+{
+    struct fixture *f = *state;
+    struct scene scene = f->scene;
+    struct world world = f->world;
+    struct sample_place *place = &scene.sample.place;
+    *place = (struct sample_place){SHAPE_CYLINDER, 20, 60, {0, 0, 60}, {0.6, 0.8, 0}};
+    scene.post.radius = 0;
+    world.scene = &scene;
+    world.post.radius = 0;
+    world.rod = (struct rod){place->center, place->axis, place->radius, place->height / 2};
+    struct shot_view view = sam_shot_view(&world, &scene.shot[0]);
+    for (int i = 0; i < 400; i++) {
+        double along = (i % 20 - 9.5) * 3, turn = CAP_PI * (i / 20 + 0.5) / 20, rgb[3], f_rgb[3];
+        vec3 across = {0.8 * cos(turn), -0.6 * cos(turn), sin(turn)}, x, y;
+        vec3 p = vec3_add(place->center, vec3_add(vec3_scale(place->axis, along),
+                                                  vec3_scale(across, place->radius)));
+        vec3 wo = vec3_normalize(vec3_sub(view.eye, p)), to = vec3_sub(view.light.position, p);
+        vec3 wi = vec3_normalize(to);
+        double cos_i = vec3_dot(wi, across), cos_o = vec3_dot(wo, across);
+        if (cos_i < 0.02 || cos_o < 0.02)
+            continue;
+        struct spot spot =
+            sam_spot(&world, &view.eye_vantage, (struct ray){view.eye, vec3_scale(wo, -1)});
+        assert_int_equal(spot.matter, MATTER_SAMPLE);
+        assert_near(vec3_length(vec3_sub(spot.point, p)), 0, 1e-9);
+        sam_shade(&view, &spot, sam_lit(&view, &spot, wo), wo, rgb);
+        sam_frame(across, &x, &y);
+        scene.sample.model->eval(scene.sample.parameter,
+                                 (vec3){vec3_dot(wi, x), vec3_dot(wi, y), cos_i},
+                                 (vec3){vec3_dot(wo, x), vec3_dot(wo, y), cos_o}, f_rgb);
+        double expected = f_rgb[1] * view.light.intensity[1] * cos_i / vec3_dot(to, to);
+        assert_near(rgb[1], expected, 1e-9 * expected);
+    }
+}
+
 // White paper, from above: L = albedo/pi I cos / r^2.
 static void test_paper_is_matt(void **state)
 {
@@ -249,6 +320,8 @@ int main(void)
         cmocka_unit_test(test_threads_make_no_difference),
         cmocka_unit_test(test_the_ball_throws_its_shadow),
         cmocka_unit_test(test_paper_is_matt),
+        cmocka_unit_test(test_a_lamp_of_real_size_has_a_penumbra),
+        cmocka_unit_test(test_a_cylinder_shows_the_closed_form),
         cmocka_unit_test(test_ambient_light),
         cmocka_unit_test(test_cones_change_nothing),
     };

@@ -13,7 +13,7 @@ static struct sight half_plane(const void *scene, double x, double y, int shade)
     const struct picture *p = scene;
     int inside = p->a * x + p->b * y > p->c;
     double v = shade && inside ? 1 : 0;
-    return (struct sight){inside, 0, {v, 2 * v, 0}};
+    return (struct sight){.id = inside, .rgb = {v, 2 * v, 0}};
 }
 
 static struct sight disc(const void *scene, double x, double y, int shade)
@@ -21,7 +21,7 @@ static struct sight disc(const void *scene, double x, double y, int shade)
     const struct picture *p = scene;
     int inside = hypot(x - p->a, y - p->b) < p->c;
     double v = shade && inside ? 1 : 0;
-    return (struct sight){inside, 1, {v, v, v}};
+    return (struct sight){.id = inside, .curved = 1, .rgb = {v, v, v}};
 }
 
 static struct sight cubic(const void *scene, double x, double y, int shade)
@@ -29,7 +29,7 @@ static struct sight cubic(const void *scene, double x, double y, int shade)
     (void)scene;
     (void)shade;
     double v = 1 + x + x * x - 3 * x * y + x * x * x - 2 * y * y * y;
-    return (struct sight){1, 0, {v, v, v}};
+    return (struct sight){.id = 1, .rgb = {v, v, v}};
 }
 
 static struct sight corner(const void *scene, double x, double y, int shade)
@@ -37,7 +37,7 @@ static struct sight corner(const void *scene, double x, double y, int shade)
     const struct picture *p = scene;
     int inside = x > p->a && y > p->b;
     double v = shade && inside ? 1 : 0;
-    return (struct sight){inside, 0, {v, v, v}};
+    return (struct sight){.id = inside, .rgb = {v, v, v}};
 }
 
 static void mean(struct sight (*look)(const void *, double, double, int), const struct picture *p,
