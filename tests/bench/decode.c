@@ -37,7 +37,7 @@ int main(int argc, char **argv)
         return 2;
     }
     double begin = omp_get_wtime();
-    #pragma omp parallel for schedule(dynamic) num_threads(threads) reduction(+ : failed)
+#pragma omp parallel for schedule(dynamic) num_threads(threads) reduction(+ : failed)
     for (int i = 2; i < argc; i++)
         failed += decode(argv[i]) == 0;
     printf("%.4f\n", omp_get_wtime() - begin);
