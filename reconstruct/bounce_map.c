@@ -1,10 +1,13 @@
 /* bounce_map.c -- what the lit board adds to a view's photosites on the sample.
  *
- * Method.   cal_bounce() sums over thousands of cells of the board; over the sample that sum is
+ * Method.   The sum over thousands of cells of the board, by the best fit where one is known and by
+ *           cal_bounce() before that, is smooth over the sample:
  *           smooth, so it is taken on a grid of a fortieth of the sample's box and interpolated.
  *           Near the outline, where it rises with Fresnel's term, it is taken at the photosite.
  */
 #include "bounce_map.h"
+
+#include "consensus.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -42,6 +45,45 @@ void rec_bounce_free(struct bounce_map *map)
     *map = (struct bounce_map){0};
 }
 
+// The sum over the board's cells with a fitted model (cal_bounce does it with calib's first guess).
+static void bounce_by_fit(const struct bounce_map *m, const struct fit *fit, vec3 point, vec3 n,
+                          vec3 wo, double radiance[3])
+{
+    const struct surroundings *s = &m->calibration->surroundings;
+    const struct view *view = &m->calibration->view[m->view];
+    const struct glow *glow = s->glow + (size_t)view->light * (size_t)s->count;
+    vec3 x = vec3_sub(wo, vec3_scale(n, vec3_dot(wo, n)));
+    double sine = vec3_length(x);
+    x = sine > 1e-9
+            ? vec3_scale(x, 1 / sine)
+            : vec3_normalize(vec3_cross(n, fabs(n.x) < 0.7 ? (vec3){1, 0, 0} : (vec3){0, 1, 0}));
+    vec3 y = vec3_cross(n, x), out = {vec3_dot(wo, x), 0, vec3_dot(wo, n)};
+    for (int i = 0; i < s->count; i++) {
+        vec3 to = vec3_sub(glow[i].point, point);
+        double up = vec3_dot(to, n), down = -vec3_dot(to, glow[i].normal), f[3];
+        if (up <= 0 || down <= 0)
+            continue;
+        double r2 = vec3_dot(to, to), r = sqrt(r2);
+        vec3 in = {vec3_dot(to, x) / r, vec3_dot(to, y) / r, up / r};
+        fit->model->eval(fit->value, in, out, f);
+        double form = up * down * glow[i].side * glow[i].side / (r2 * r2);
+        for (int c = 0; c < 3; c++)
+            radiance[c] += f[c] * glow[i].radiance[c] * form;
+    }
+    for (int c = 0; c < 3; c++)
+        radiance[c] *= view->power * s->strength;
+}
+
+static void bounce(const struct bounce_map *m, vec3 point, vec3 n, vec3 wo, double radiance[3])
+{
+    const struct consensus *known = m->viewing->consensus;
+    memset(radiance, 0, sizeof(double[3]));
+    if (known && vec3_dot(wo, n) > 0)
+        bounce_by_fit(m, known->fit, point, n, wo, radiance);
+    else
+        cal_bounce(m->calibration, m->view, point, n, wo, radiance);
+}
+
 /** The node (i, j), computed when it is first asked for. */
 static const struct bounce_node *node_at(struct bounce_map *m, int i, int j)
 {
@@ -54,8 +96,7 @@ static const struct bounce_node *node_at(struct bounce_map *m, int i, int j)
     meeting at = rec_meet(v->sample, v->eye, ray);
     node->state = at.hit && -vec3_dot(at.normal, ray) > GRAZING ? NODE_GOOD : NODE_OFF;
     if (node->state == NODE_GOOD)
-        cal_bounce(m->calibration, m->view, at.point, at.normal, vec3_scale(ray, -1),
-                   node->radiance);
+        bounce(m, at.point, at.normal, vec3_scale(ray, -1), node->radiance);
     return node;
 }
 
@@ -70,7 +111,7 @@ void rec_bounce_at(struct bounce_map *m, const footprint *a, int x, int y, doubl
     for (int k = 0; k < 4; k++) {
         const struct bounce_node *node = node_at(m, i + (k & 1), j + (k >> 1));
         if (node->state == NODE_OFF) {
-            cal_bounce(m->calibration, m->view, a->point, a->normal, a->wo, radiance);
+            bounce(m, a->point, a->normal, a->wo, radiance);
             return;
         }
         for (int c = 0; c < 3; c++)

@@ -1,0 +1,151 @@
+/* test_bounce_map.c -- a matt ball over an evenly lit sheet, in closed form.
+ *
+ * J. H. Lambert, "Photometria", 1760: a polygon of radiance B, seen whole from a point, brings a
+ * surface with the normal n the irradiance B/2 sum of (the angle of each edge) times (the normal of
+ * the plane through edge and point) . n.
+ */
+#include "bounce_map.h"
+#include "consensus.h"
+#include "near.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { CELLS = 60, WIDTH = 120, HEIGHT = 100 };
+static const double side = 60, glowing = 0.7;
+
+struct scene {
+    struct camera camera;
+    struct view view;
+    struct lamp lamp;
+    struct calibration calibration;
+    struct lens_table lens;
+    struct fit fit;
+    struct consensus known;
+};
+
+static struct scene *make_scene(void)
+{
+    struct scene *s = calloc(1, sizeof *s);
+    s->camera = (struct camera){
+        .name = "a", .width = WIDTH, .height = HEIGHT, .focal = {700, 700}, .center = {60, 50}};
+    // The camera at (0, -400, 60) looks along y, with z up.
+    s->view = (struct view){
+        .name = "v", .power = 1.25, .view_from_world = {{CAP_PI / 2, 0, 0}, {0, 60, 400}}};
+    s->lamp = (struct lamp){.name = "l", .position = {0, -500, 500}, .intensity = {1, 1, 1}};
+    s->calibration = (struct calibration){
+        .camera = &s->camera,
+        .view = &s->view,
+        .lamp = &s->lamp,
+        .sample = {.shape = SHAPE_SPHERE, .radius = 25, .center = {0, 0, 60}},
+        .cameras = 1,
+        .views = 1,
+        .lamps = 1,
+        .surroundings = {.strength = 0.8, .count = CELLS * CELLS},
+    };
+    struct glow *glow = calloc(CELLS * CELLS, sizeof *glow);
+    for (int i = 0; i < CELLS * CELLS; i++) {
+        double cell = side / CELLS;
+        int row = i / CELLS;
+        glow[i] = (struct glow){
+            .point = {(i % CELLS + 0.5) * cell - side / 2, (row + 0.5) * cell - side / 2, 0},
+            .normal = {0, 0, 1},
+            .x = {1, 0, 0},
+            .side = cell,
+            .radiance = {glowing, glowing / 2, 0}};
+    }
+    s->calibration.surroundings.glow = glow;
+    s->fit = (struct fit){.model = rec_model_find("lambert"), .value = {0.6, 0.6, 0.6}};
+    s->known = (struct consensus){.fit = &s->fit};
+    assert_int_equal(rec_lens_make(&s->lens, &s->camera, NULL), STATUS_OK);
+    return s;
+}
+
+static void free_scene(struct scene *s)
+{
+    rec_lens_free(&s->lens);
+    free(s->calibration.surroundings.glow);
+    free(s);
+}
+
+// false: the sheet is not whole above the horizon.
+static bool lambert_irradiance(vec3 p, vec3 n, double *irradiance)
+{
+    vec3 r[4];
+    *irradiance = 0;
+    for (int k = 0; k < 4; k++) {
+        vec3 corner = {(k == 1 || k == 2 ? 0.5 : -0.5) * side, (k >= 2 ? 0.5 : -0.5) * side, 0};
+        r[k] = vec3_normalize(vec3_sub(corner, p));
+        if (vec3_dot(r[k], n) <= 0)
+            return false;
+    }
+    for (int k = 0; k < 4; k++) {
+        vec3 edge = vec3_cross(r[k], r[(k + 1) % 4]);
+        double angle = atan2(vec3_length(edge), vec3_dot(r[k], r[(k + 1) % 4]));
+        *irradiance += glowing / 2 * angle * vec3_dot(vec3_normalize(edge), n);
+    }
+    *irradiance = fabs(*irradiance);
+    return true;
+}
+
+// L = albedo/pi E, times power and strength. Cells are 1 mm and at least 35 mm away: the midpoint
+// rule errs by (1/35)^2/24 of curvatures of some units, the grid by (step/width)^2 likewise.
+static void test_a_sheet_lights_a_ball(void **state)
+{
+    (void)state;
+    struct scene *s = make_scene();
+    struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    struct bounce_map map;
+    int compared = 0, grazing = 0;
+    v.consensus = &s->known;
+    assert_int_equal(rec_bounce_make(&map, &s->calibration, 0, &v, rec_sample_box(&v), NULL),
+                     STATUS_OK);
+    for (int y = map.box.y0; y < map.box.y1; y++)
+        for (int x = map.box.x0; x < map.box.x1; x++) {
+            footprint a;
+            double radiance[3], irradiance, pixel[2] = {x, y};
+            vec3 ray = mat3_mul_t(&v.view_from_world, cal_ray(&s->camera, pixel));
+            meeting m = rec_meet(v.sample, v.eye, ray);
+            if (!m.hit || !lambert_irradiance(m.point, m.normal, &irradiance))
+                continue;
+            a = (footprint){.point = m.point, .normal = m.normal, .wo = vec3_scale(ray, -1)};
+            rec_bounce_at(&map, &a, x, y, radiance);
+            double due = 0.6 / CAP_PI * irradiance * 1.25 * 0.8;
+            assert_near(radiance[0], due, 0.01 * due);
+            assert_near(radiance[1], radiance[0] / 2, 1e-12);
+            assert_near(radiance[2], 0, 0);
+            compared++;
+            grazing += -vec3_dot(ray, m.normal) < 0.35;
+        }
+    assert_true(compared - grazing > 100 && grazing > 100);
+    rec_bounce_free(&map);
+    free_scene(s);
+}
+
+static void test_no_surroundings_no_light(void **state)
+{
+    (void)state;
+    struct scene *s = make_scene();
+    struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    struct bounce_map map;
+    footprint a = {.point = {0, -25, 60}, .normal = {0, -1, 0}, .wo = {0, -1, 0}};
+    double radiance[3] = {1, 1, 1};
+    s->calibration.surroundings.strength = 0;  // direct light alone, as the night side told
+    v.consensus = &s->known;
+    assert_int_equal(rec_bounce_make(&map, &s->calibration, 0, &v, rec_sample_box(&v), NULL),
+                     STATUS_OK);
+    rec_bounce_at(&map, &a, 60, 50, radiance);
+    for (int c = 0; c < 3; c++)
+        assert_near(radiance[c], 0, 0);
+    rec_bounce_free(&map);
+    free_scene(s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_sheet_lights_a_ball),
+        cmocka_unit_test(test_no_surroundings_no_light),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
