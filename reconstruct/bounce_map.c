@@ -1,9 +1,9 @@
 /* bounce_map.c -- what the lit board adds to a view's photosites on the sample.
  *
  * Method.   The sum over thousands of cells of the board, by the best fit where one is known and by
- *           cal_bounce() before that, is smooth over the sample:
- *           smooth, so it is taken on a grid of a fortieth of the sample's box and interpolated.
- *           Near the outline, where it rises with Fresnel's term, it is taken at the photosite.
+ *           cal_bounce() before that, is smooth over the sample: it is taken on a grid of a
+ *           fortieth of the sample's box and interpolated. Near the outline, where it rises with
+ *           Fresnel's term, it is taken at the photosite.
  */
 #include "bounce_map.h"
 

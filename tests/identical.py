@@ -1,0 +1,108 @@
+#!/usr/bin/python3
+"""The same bits however the work is done: threads, a run that was killed, photographs in another order.
+
+    tests/identical.py GONIOCAM PROJECT
+
+The scene is samples/tiny.yaml. With photographs renamed so that shots come in another order the calibration is handed
+over: it is the sums over samples that must not depend on the order.
+"""
+import os
+import random
+import subprocess
+import sys
+import tempfile
+import time
+
+import h5py
+import numpy as np
+import yaml
+
+failed = 0
+
+
+def check(what, good):
+    global failed
+    failed += not good
+    print("%-60s %s" % (what, "ok" if good else "FAILED"))
+
+
+def same(a, b, what):
+    """brdf.binary to the byte, bins.h5 in all its datasets."""
+    good = open(a + "/brdf.binary", "rb").read() == open(b + "/brdf.binary", "rb").read()
+    with h5py.File(a + "/bins.h5") as f, h5py.File(b + "/bins.h5") as g:
+        good = good and set(f) == set(g) and all(f[k][...].tobytes() == g[k][...].tobytes() for k in f)
+    check(what, good)
+
+
+def killed_and_resumed(goniocam, capture, out, after):
+    """Kill a run after some seconds, as often as it takes to see it die; then let one finish."""
+    command = [goniocam, "reconstruct", capture, "-o", out, "--quiet", "--threads", "2"]
+    p = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    time.sleep(after)
+    p.kill()
+    died = p.wait() != 0
+    for name in ("brdf.binary", "bins.h5", "calibration.yaml"):  # under their names only when complete
+        path = os.path.join(out, name)
+        if name == "bins.h5" and os.path.exists(path):
+            h5py.File(path).close()
+    subprocess.check_call(command, stdout=subprocess.DEVNULL)
+    return died
+
+
+def renamed(capture, to):
+    """The same photographs under names that put the shots in another order; -> old name: new name of shots."""
+    os.mkdir(to)
+    shots = sorted({n.split("_exp")[0] for n in os.listdir(capture) if "_exp" in n})
+    order = random.Random(3).sample(shots, len(shots))
+    new = dict(zip(shots, order))
+    for name in os.listdir(capture):
+        shot = name.split("_exp")[0]
+        target = name.replace(shot, new[shot], 1) if "_exp" in name else name
+        os.symlink(os.path.join(capture, name), os.path.join(to, target))
+    return new
+
+
+def renamed_calibration(path, to, new):
+    with open(path) as f:
+        cal = yaml.safe_load(f)
+    for shot in cal["shots"]:
+        old = shot["name"].split("_exp")[0]
+        shot["name"] = shot["name"].replace(old, new[old], 1)
+    cal["shots"].sort(key=lambda s: s["name"])
+    with open(to, "w") as f:
+        yaml.safe_dump(cal, f)
+
+
+def main():
+    goniocam, project = sys.argv[1:3]
+    with tempfile.TemporaryDirectory() as folder:
+        at = lambda name: os.path.join(folder, name)
+        run = lambda *a: subprocess.check_call([goniocam, *a, "--quiet"], stdout=subprocess.DEVNULL)
+        run("render", os.path.join(project, "samples/tiny.yaml"), "-o", at("capture"))
+        began = time.time()
+        run("reconstruct", at("capture"), "-o", at("t1"), "--threads", "1")
+        seconds = time.time() - began
+        for n in ("2", "4"):
+            run("reconstruct", at("capture"), "-o", at("t" + n), "--threads", n)
+            same(at("t1"), at("t" + n), "%s threads" % n)
+        deaths = 0
+        for k, part in enumerate((0.2, 0.7)):
+            deaths += killed_and_resumed(goniocam, at("capture"), at("k%d" % k), part * seconds / 2)
+            same(at("t1"), at("k%d" % k), "killed after %d %% and run again" % (100 * part))
+        check("runs were killed before their end", deaths >= 2)
+
+        cal = at("t1/calibration.yaml")
+        run("reconstruct", at("capture"), "-o", at("given"), "--calibration", cal)
+        renamed_calibration(cal, at("other.yaml"), renamed(at("capture"), at("shuffled")))
+        run("reconstruct", at("shuffled"), "-o", at("other"), "--calibration", at("other.yaml"))
+        same(at("given"), at("other"), "photographs in another order")
+        run("reconstruct", at("shuffled"), "-o", at("anew"))
+        with h5py.File(at("t1/bins.h5")) as f, h5py.File(at("anew/bins.h5")) as g:
+            a, b = (x["mean"][...] for x in (f, g))
+        both = np.isfinite(a) & np.isfinite(b)
+        check("the same calibrated anew, to 1e-3", np.median(np.abs(a[both] / b[both] - 1)) < 1e-3)
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()
