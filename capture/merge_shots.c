@@ -179,7 +179,7 @@ static enum status merge_all(const struct job *job, bool *usable, struct error *
         int stop;
 #pragma omp atomic read
         stop = failed;
-        if (stop)
+        if (stop || !cap_ours(job->run, s))
             continue;
         enum status one = merge_shot(job, &job->capture->shot[s], &usable[s], &mine);
         cap_step(job->run);

@@ -112,7 +112,15 @@ struct run {
     int step, steps;    // progress of the current stage
     double began;       // of the current stage
     bool bar;           // stderr is a terminal
+    // Where several processes share a job: is this item of the current stage ours? NULL: all are.
+    bool (*take)(void *team, int item);
+    void *team;
 };
+
+static inline bool cap_ours(const struct run *run, int item)
+{
+    return !run->take || run->take(run->team, item);
+}
 
 /** threads <= 0: one for each core. */
 void cap_run_begin(struct run *run, int threads, bool quiet);
