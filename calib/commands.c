@@ -1,5 +1,6 @@
 /* commands.c -- the commands of calib/: arguments and messages, no arithmetic. */
 #include "calib.h"
+#include "commands.h"
 
 #include <stdlib.h>
 
@@ -141,5 +142,7 @@ static const struct option calibrate_options[] = {
 const struct command cal_commands[] = {
     {"calibrate", "CAPTURE -o OUT", "find cameras, poses, sample and lamps", calibrate_options,
      run_calibrate},
+    {"board", "-o PDF > capture.yaml", "a board to print, and its capture.yaml on stdout",
+     board_options, run_board},
     {0},
 };

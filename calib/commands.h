@@ -1,0 +1,9 @@
+/* commands.h -- commands of calib/ that have files of their own. Internal to calib/. */
+#ifndef GONIOCAM_CALIB_COMMANDS_H
+#define GONIOCAM_CALIB_COMMANDS_H
+
+#include "capture.h"
+
+extern const struct option board_options[];
+int run_board(const struct arguments *args);
+#endif
