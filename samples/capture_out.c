@@ -84,6 +84,8 @@ static void write_lights(struct yaml_out *out, const struct scene *scene)
             if (!used) {
                 cap_yaml_map(out, NULL);
                 cap_yaml_text(out, "name", scene->lamp[l].name);
+                if (scene->lamp[l].on_camera)
+                    cap_yaml_text(out, "frame", "camera");
                 cap_yaml_flow_list(out, "photos");
                 used = true;
             }

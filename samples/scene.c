@@ -2,6 +2,7 @@
 #include "scene.h"
 
 #include "doc.h"
+#include "light.h"
 #include "place.h"
 #include "random.h"
 #include "scene_board.h"
@@ -241,6 +242,26 @@ static void jitter_powers(struct scene *scene, double sigma)
     }
 }
 
+/** Camera and lamp of every shot stand outside of the sample, and the lamp above the board. */
+static void check_places(const struct scene *scene, struct doc *doc)
+{
+    const struct sample_place *place = &scene->sample.place;
+    doc_node shots = sam_doc_get(doc, sam_doc_root(doc), "shots");
+    double reach =
+        place->shape == SHAPE_SPHERE ? place->radius : hypot(place->radius, place->height / 2);
+    for (int i = 0; i < scene->shots; i++) {
+        struct lighting light = sam_lighting(scene, &scene->shot[i]);
+        vec3 from_eye = vec3_sub(cal_eye(scene->shot[i].view_from_world), place->center);
+        vec3 from_lamp = vec3_sub(light.position, place->center);
+        if (vec3_length(from_eye) <= reach)
+            sam_doc_wrong(doc, shots, "shots: the camera of shot %d is inside the sample", i);
+        if (light.kind == LAMP_POINT
+            && (vec3_length(from_lamp) <= reach + light.radius || light.position.z <= light.radius))
+            sam_doc_wrong(doc, shots, "shots: the lamp of shot %d is in the sample or the board",
+                          i);
+    }
+}
+
 static bool read_all(struct scene *scene, struct doc *doc)
 {
     doc_node root = sam_doc_root(doc);
@@ -270,6 +291,8 @@ static bool read_all(struct scene *scene, struct doc *doc)
     if (memory && sam_doc_fine(doc))
         memory = sam_read_shots(scene, doc);
     jitter_powers(scene, jitter);
+    if (memory && sam_doc_fine(doc))
+        check_places(scene, doc);
     return memory;
 }
 

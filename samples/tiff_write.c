@@ -143,10 +143,11 @@ static enum status write_picture(const char *path, const struct picture *p, stru
     errno = 0;
     if (write_all(file.aside, p, &message) && !message.text[0])
         return cap_file_commit(&file, err);
-    status = cap_fail(err, STATUS_IO, "%s: %s", path,
-                      message.text[0] ? message.text
-                      : errno         ? strerror(errno)
-                                      : "cannot be written");
+    const char *reason = errno ? strerror(errno) : "cannot be written";
+    if (message.text[0])
+        status = cap_fail(err, STATUS_IO, "%s: %s (%s)", path, message.text, reason);
+    else
+        status = cap_fail(err, STATUS_IO, "%s: %s", path, reason);
     cap_file_abandon(&file);
     return status;
 }

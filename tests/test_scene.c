@@ -47,6 +47,12 @@ static struct row {
      ":6:", "no 'tag1h1'"},
     {"no such id", HEAD LAMP BALL "board: {tags: [{id: 587, size: 9, center: [0, 0, 0]}]}\n" SHOT,
      ":6:", "no id 587"},
+    {"camera in the sample",
+     HEAD LAMP BALL BOARD "shots:\n- look: {eye: [0, 0, 21], target: [0, 0, 0]}\n",
+     ":8:", "camera of shot 0 is inside the sample"},
+    {"lamp in the board", HEAD "lights: [{position: [90, 0, 5], radius: 6}]\n" BALL BOARD SHOT,
+     ":7:", "lamp of shot 0 is in"},
+    {"a mosaic as TIFF", HEAD "sensor: {mosaic: rggb}\nfiles: tiff\n", ":5:", "writes dng"},
     {"not YAML", "goniocam_scene: 1\ncamera: {size: [90\nseed: 3\n", ":", ""},
     {"not a scene", "goniocam: 1\n", ":1:", "goniocam_scene: 1"},
 };
