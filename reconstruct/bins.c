@@ -113,16 +113,23 @@ static void add_sums(struct bin_sums *to, const struct bin_sums *from)
     }
 }
 
+enum status rec_tally_add_sums(struct tally *tally, int bin, const struct bin_sums *sums,
+                               struct error *err)
+{
+    struct bin_sums *to = sums_of(tally, bin);
+    if (!to)
+        return out_of_memory(err);
+    add_sums(to, sums);
+    return STATUS_OK;
+}
+
 enum status rec_tally_merge(struct tally *tally, const struct tally *from, struct error *err)
 {
-    for (int bin = 0; bin < MERL_BINS; bin++)
-        if (from->slot[bin]) {
-            struct bin_sums *to = sums_of(tally, bin);
-            if (!to)
-                return out_of_memory(err);
-            add_sums(to, &from->sums[from->slot[bin] - 1]);
-        }
-    return STATUS_OK;
+    enum status status = STATUS_OK;
+    for (int bin = 0; bin < MERL_BINS && !status; bin++)
+        if (from->slot[bin])
+            status = rec_tally_add_sums(tally, bin, &from->sums[from->slot[bin] - 1], err);
+    return status;
 }
 
 // Into [low, high], a hair from either end: rounding must not carry a mean out of its bin.

@@ -26,6 +26,9 @@ struct tally {
 enum status rec_tally_begin(struct tally *tally, struct error *err);
 void rec_tally_free(struct tally *tally);
 enum status rec_tally_add(struct tally *tally, const reflectance_sample *sample, struct error *err);
+/** Add sums to those of a bin. STATUS_MEMORY. */
+enum status rec_tally_add_sums(struct tally *tally, int bin, const struct bin_sums *sums,
+                               struct error *err);
 /** Add all of `from`. */
 enum status rec_tally_merge(struct tally *tally, const struct tally *from, struct error *err);
 /** Means and errors of all bins; *bins is the caller's. */

@@ -1,5 +1,6 @@
 /* commands.c -- the commands of reconstruct/: arguments and messages, no arithmetic. */
 #include "bins_hdf5.h"
+#include "team.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -10,7 +11,7 @@
 static bool begin(struct run *run, const struct arguments *args)
 {
     int threads;
-    if (!cap_option_int(args, "threads", 1, 1024, 0, &threads))
+    if (!cap_option_int(args, "threads", 1, 1024, rec_team_threads, &threads))
         return false;
     cap_run_begin(run, threads, cap_option(args, "quiet") != NULL);
     return true;
@@ -58,9 +59,9 @@ static int run_reconstruct(const struct arguments *args)
     enum status status = rec_reconstruct(&summary, args->positional[0], out,
                                          cap_option(args, "calibration"), &run, &err);
     cap_run_end(&run);
-    if (!status)
+    if (!status && rec_leads())
         print_summary(&summary, out, cap_option(args, "json") != NULL);
-    return cap_exit(status, &err);
+    return rec_leads() ? cap_exit(status, &err) : status != STATUS_OK;
 }
 
 /* ---- fit --------------------------------------------------------------------------------------

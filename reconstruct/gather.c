@@ -3,6 +3,7 @@
 
 #include "bins.h"
 #include "bounce_map.h"
+#include "team.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -107,7 +108,7 @@ static void note_failure(struct gathering *g, enum status status, const struct e
     }
 }
 
-static void add_census(struct census *to, const struct census *from)
+void rec_census_add(struct census *to, const struct census *from)
 {
     for (int k = 0; k < FATES; k++)
         to->photosites[k] += from->photosites[k];
@@ -126,13 +127,14 @@ static void gather_shots(struct tally *total, struct census *census, struct gath
         enum status status = rec_tally_begin(&mine, &err);
 #pragma omp for schedule(dynamic)
         for (int k = 0; k < g->calibration->views; k++) {
-            if (!status)
+            if (!status && cap_ours(g->run, k)) {
                 status = add_shot(&mine, &seen, g, k, &err);
-            cap_step(g->run);
+                cap_step(g->run);
+            }
         }
 #pragma omp critical(tally)
         {
-            add_census(census, &seen);
+            rec_census_add(census, &seen);
             if (!status && !total->slot) {
                 *total = mine;
                 mine = (struct tally){0};
@@ -159,10 +161,13 @@ enum status rec_gather(struct bins *bins, struct census *census,
         gather_shots(&total, &seen, &g);
         status = g.status;
     }
-    if (!status && total.count == 0)
+    status = rec_team_agree(status, err);
+    if (!status)
+        status = rec_team_sum(&total, &seen, err);
+    if (!status && rec_leads() && total.count == 0)
         status = cap_fail(err, STATUS_DATA,
                           "no photosite shows the sample lit: are its place and the lamps right?");
-    if (!status)
+    if (!status && rec_leads())
         status = rec_tally_finish(bins, &total, err);
     if (!status)
         *census = seen;

@@ -12,6 +12,8 @@ struct census {
     int shots;
 };
 
+void rec_census_add(struct census *to, const struct census *from);
+
 /** Read OUT/radiance/SHOT.exr of every view and bin its samples. The result is the same to the
  *  last bit for any number of threads and any order of the views; memory is one map and one tally
  *  a thread. board may be NULL, and consensus: nothing is known of f yet. STATUS_IO and others of

@@ -3,6 +3,7 @@
 #include "preview.h"
 #include "quantile.h"
 #include "run_json.h"
+#include "team.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -109,6 +110,7 @@ static enum status gather(struct job *j, const char *stage, const struct consens
     struct board_extent board;
     bool has_board = board_of(&board, &j->capture);
     cap_stage(j->run, stage, j->calibration.views);
+    rec_team_next_stage(j->run);
     return rec_gather(&j->bins, &j->census, &j->calibration, has_board ? &board : NULL, consensus,
                       j->out, j->run, err);
 }
@@ -118,36 +120,37 @@ static enum status gather(struct job *j, const char *stage, const struct consens
 static enum status look_first(struct job *j, struct consensus *consensus, struct error *err)
 {
     enum status status = gather(j, "samples", NULL, err);
-    if (!status) {
+    if (!status && rec_leads()) {
         cap_stage(j->run, "fit", 0);
         status = rec_fit(&j->fits, &j->bins, NULL, 0, j->run, err);
     }
-    if (!status) {
+    if (!status && rec_leads()) {
         rec_bins_widen(&j->bins, &j->fits.fit[0]);
         status = rec_consensus_make(consensus, &j->bins, &j->fits.fit[0], j->run, err);
     }
     rec_bins_free(&j->bins);
-    return status;
+    return rec_team_agree(status, err);
 }
 
 // Again, without what strays, and weighted by how much photosites really scatter.
 static enum status look_again(struct job *j, struct error *err)
 {
     struct consensus consensus = {0};
+    struct fit fit;
     enum status status = look_first(j, &consensus, err);
+    if (!status)
+        status = rec_team_tell_consensus(&consensus, &fit, err);
     if (!status)
         status = gather(j, "samples again", &consensus, err);
     rec_consensus_free(&consensus);
     return status;
 }
 
-static enum status measure(struct job *j, struct error *err)
+// The leader's: fits, errors and the complete table.
+static enum status conclude(struct job *j, struct error *err)
 {
-    enum status status = look_again(j, err);
-    if (status)
-        return status;
     cap_stage(j->run, "fit again", 0);
-    status = rec_fit_again(&j->fits, &j->bins, j->run, err);
+    enum status status = rec_fit_again(&j->fits, &j->bins, j->run, err);
     if (status)
         return status;
     rec_bins_sharpen(&j->bins, &j->fits.fit[0]);
@@ -232,7 +235,7 @@ static enum status write_story(const struct job *j, const char *path, struct err
     return rec_run_json(&story, path, err);
 }
 
-static enum status write_results(const struct job *j, struct error *err)
+static enum status write_results(struct job *j, struct error *err)
 {
     static const struct {
         const char *name;
@@ -242,8 +245,8 @@ static enum status write_results(const struct job *j, struct error *err)
         {"preview.png", write_preview}, {"run.json", write_story},
     };
     enum { RESULTS = sizeof results / sizeof *results };
-    enum status status = STATUS_OK;
     cap_stage(j->run, "write", RESULTS);
+    enum status status = cap_capture_hash(j->hash, &j->capture, err);
     for (int i = 0; i < RESULTS && !status; i++) {
         char *path = cap_path(j->out, results[i].name);
         status = path ? results[i].write(j, path, err)
@@ -266,29 +269,43 @@ static void free_job(struct job *j)
     free(j->status);
 }
 
+// Photographs to radiance maps.
+static enum status merge(struct job *j, struct error *err)
+{
+    enum status status = cap_capture_read(&j->capture, j->folder, j->run, err);
+    if (!status)
+        status = cap_make_folder(j->out, err);
+    if (!status) {
+        j->usable = calloc((size_t)j->capture.shots + 1, sizeof *j->usable);
+        if (!j->usable)
+            status = cap_fail(err, STATUS_MEMORY, "no memory for shots");
+    }
+    status = rec_team_agree(status, err);
+    if (status)
+        return status;
+    rec_team_next_stage(j->run);
+    status = cap_merge(&j->capture, j->out, NULL, j->usable, j->run, err);
+    rec_team_any(j->usable, j->capture.shots);
+    return rec_team_agree(status, err);
+}
+
 enum status rec_reconstruct(struct summary *summary, const char *capture, const char *out,
                             const char *calibration, struct run *run, struct error *err)
 {
     struct job j = {.folder = capture, .out = out, .calibration_file = calibration, .run = run};
-    enum status status = cap_capture_read(&j.capture, capture, run, err);
+    enum status status = merge(&j, err);
     if (!status)
-        status = cap_make_folder(out, err);
-    if (!status) {
-        j.usable = calloc((size_t)j.capture.shots + 1, sizeof *j.usable);
-        if (!j.usable)
-            status = cap_fail(err, STATUS_MEMORY, "no memory for shots");
-    }
+        status = rec_team_agree(rec_leads() ? calibrate(&j, err) : STATUS_OK, err);
     if (!status)
-        status = cap_merge(&j.capture, out, NULL, j.usable, run, err);
+        status = rec_team_tell_calibration(&j.calibration, err);
     if (!status)
-        status = calibrate(&j, err);
-    if (!status)
-        status = measure(&j, err);
-    if (!status)
-        status = cap_capture_hash(j.hash, &j.capture, err);
-    if (!status)
+        status = look_again(&j, err);
+    if (!status && rec_leads())
+        status = conclude(&j, err);
+    if (!status && rec_leads())
         status = write_results(&j, err);
-    if (!status)
+    status = rec_team_agree(status, err);
+    if (!status && rec_leads())
         *summary = (struct summary){j.census.shots, j.bins.count, j.median_sigma, j.fits.fit[0]};
     free_job(&j);
     return status;

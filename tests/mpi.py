@@ -1,0 +1,93 @@
+#!/usr/bin/python3
+"""goniocam-mpi with real ranks on this machine: the same bytes as one process, and what happens when something fails.
+
+    tests/mpi.py GONIOCAM PROJECT        goniocam-mpi is looked for beside GONIOCAM; skipped (77) without mpirun
+"""
+import filecmp
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+failed = 0
+MPIRUN = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n"]
+
+
+def check(what, good):
+    global failed
+    failed += not good
+    print("%-60s %s" % (what, "ok" if good else "FAILED"))
+
+
+def same(a, b):
+    return all(filecmp.cmp(os.path.join(a, n), os.path.join(b, n), shallow=False)
+               for n in ("brdf.binary", "bins.h5", "calibration.yaml", "fits.yaml"))
+
+
+def descendants(pid):
+    """Processes below a process, by /proc."""
+    parents = {}
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open("/proc/%s/stat" % name) as f:
+                parents[int(name)] = int(f.read().rsplit(")", 1)[1].split()[1])
+        except (OSError, IndexError):
+            pass
+    below, new = set(), {pid}
+    while new:
+        new = {p for p, parent in parents.items() if parent in new} - below
+        below |= new
+    return sorted(below)
+
+
+def lose_one_rank(command, after):
+    """Kill the last process of a running job; -> exit status, what it said."""
+    p = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    time.sleep(after)
+    ranks = [q for q in descendants(p.pid) if "goniocam-mpi" in os.path.realpath("/proc/%d/exe" % q)]
+    if ranks:
+        os.kill(ranks[-1], signal.SIGKILL)
+    try:
+        story = p.communicate(timeout=60)[1].decode()
+    except subprocess.TimeoutExpired:
+        p.kill()
+        story = "hangs"
+    return p.returncode, story
+
+
+def main():
+    goniocam, project = sys.argv[1:3]
+    mpi = os.path.join(os.path.dirname(goniocam), "goniocam-mpi")
+    if not shutil.which("mpirun") or not os.path.exists(mpi):
+        print("no mpirun or no goniocam-mpi: skipped")
+        sys.exit(77)
+    quiet = dict(stdout=subprocess.DEVNULL)
+    with tempfile.TemporaryDirectory() as folder:
+        at = lambda name: os.path.join(folder, name)
+        subprocess.check_call([goniocam, "render", project + "/samples/tiny.yaml", "-o", at("capture"), "--quiet"], **quiet)
+        began = time.time()
+        subprocess.check_call([goniocam, "reconstruct", at("capture"), "-o", at("one"), "--quiet"], **quiet)
+        seconds = time.time() - began
+        for n in ("1", "2", "3"):
+            subprocess.check_call(MPIRUN + [n, mpi, "reconstruct", at("capture"), "-o", at("m" + n), "--quiet"], **quiet)
+            check("%s ranks: the same bytes as one process" % n, same(at("one"), at("m" + n)))
+
+        job = MPIRUN + ["2", mpi, "reconstruct", at("capture"), "-o", at("lost"), "--quiet"]
+        code, story = lose_one_rank(job, 0.4 * seconds)
+        check("a lost rank ends the job with a message", code != 0 and "signal 9" in story)
+        check("nothing half-written", not os.path.exists(at("lost/brdf.binary")))
+        subprocess.check_call(job, **quiet)
+        check("run again: the same bytes", same(at("one"), at("lost")))
+
+        run = subprocess.run(MPIRUN + ["2", mpi, "reconstruct", at("nowhere"), "-o", at("x"), "--quiet"],
+                             stderr=subprocess.PIPE, **quiet)
+        said = [line for line in run.stderr.decode().splitlines() if line.startswith("goniocam")]
+        check("what fails everywhere is told once", run.returncode == 1 and len(said) == 1 and "nowhere" in said[0])
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()
