@@ -10,7 +10,9 @@
 /* Without `photos`, these are photographs. */
 static bool is_image_name(const char *name)
 {
-    static const char *const endings[] = {".tif", ".tiff", ".jpg", ".jpeg"};
+    static const char *const endings[] = {
+        ".tif", ".tiff", ".jpg", ".jpeg", ".png", ".exr", ".dng", ".cr2", ".cr3", ".crw", ".nef",
+        ".nrw", ".arw",  ".raf", ".rw2",  ".orf", ".pef", ".srw", ".raw", ".iiq", ".3fr", ".erf"};
     const char *dot = strrchr(name, '.');
     for (size_t i = 0; dot && i < sizeof endings / sizeof *endings; i++)
         if (strcasecmp(dot, endings[i]) == 0)
@@ -41,7 +43,8 @@ static enum status add_photo(struct capture *capture, const char *name, struct e
     char *copy = grown ? strdup(name) : NULL;
     if (!copy)
         return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
-    capture->photo[capture->photos++] = (struct photo){.name = copy, .light = -1, .shot = -1};
+    capture->photo[capture->photos++] = photo_unknown();
+    capture->photo[capture->photos - 1].name = copy;
     return STATUS_OK;
 }
 
@@ -83,7 +86,8 @@ static enum status list_photos(struct capture *capture, const struct capture_yam
         return status;
     if (capture->photos == 0)
         return cap_fail(err, STATUS_IO, "%s: no photographs here%s", capture->folder,
-                        root->photos ? " match `photos` of capture.yaml" : " (TIFF or JPEG)");
+                        root->photos ? " match `photos` of capture.yaml"
+                                     : " (raw, TIFF, PNG, JPEG or EXR)");
     if ((root->flats && !capture->flat) || (root->darks && !capture->dark))
         return cap_fail(err, STATUS_IO, "%s: no file matches `%s` of capture.yaml", capture->folder,
                         capture->flat || !root->flats ? "dark" : "flat");

@@ -4,6 +4,29 @@
 
 #include "capture.h"
 
+#define EXR_CFA "cfa"  // attribute of a mosaic: "RGGB"
+
+/** What a map's file tells besides pixels; texts may be NULL. */
+struct exr_header {
+    int width, height, channels;  // channels 3, or 1 with cfa
+    const char *cfa, *inputs, *make, *model, *times;
+};
+
+/** A map under construction, row by row. */
+struct exr_writer;
+/** Begin a file. On success end with exr_end(). */
+enum status exr_begin(struct exr_writer **writer, const char *path, const struct exr_header *header,
+                      struct error *err);
+/** Bytes of a packed row. */
+size_t exr_line_size(const struct exr_header *header);
+/** One row of a map, [width][channels], as it stands in the file. Any thread. */
+void exr_pack(unsigned char *packed, const struct exr_header *header, const float *value,
+              const float *variance);
+/** The next row, from the top. */
+enum status exr_put(struct exr_writer *writer, const unsigned char *packed, struct error *err);
+/** Give the file its name, or (keep false) leave nothing; frees the writer, which may be NULL. */
+enum status exr_end(struct exr_writer *writer, bool keep, struct error *err);
+
 /** Write a map; inputs (may be NULL) is kept in the file's attribute "goniocam:inputs". */
 enum status exr_write(const struct radiance *map, const char *path, const char *inputs,
                       struct error *err);

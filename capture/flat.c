@@ -226,26 +226,45 @@ bool flat_fit_image(struct flat *flat, const float *image, int width, int height
     return ok;
 }
 
-/* The flat frame, less black. */
+/* One row of a mosaic, added to the cells' image [width/2][3]; a cell has one R, two G, one B. */
+static void add_mosaic_row(float *cells, const float *row, int width, const char *cfa, int y)
+{
+    for (int x = 0; x < width / 2 * 2; x++) {
+        char letter = cfa[2 * (y % 2) + x % 2];
+        int c = letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
+        cells[3 * (x / 2) + c] += row[x] * (c == 1 ? 0.5f : 1);
+    }
+}
+
+/* The flat frame, less black: [height][width][3], of a mosaic [height/2][width/2][3]. */
 static enum status read_image(float **image, struct photo_file *file, const struct capture *capture,
                               const struct sensor *sensor, struct error *err)
 {
-    size_t count = 3 * (size_t)file->info.width, lines = (size_t)file->info.height;
-    uint16_t table[256], *row = malloc(count * sizeof *row);
-    float *made = malloc(count * lines * sizeof *made);
+    const struct photo *info = &file->info;
+    bool mosaic = info->channels == 1;
+    size_t width = (size_t)info->width, count = (size_t)info->channels * width, saturated = 0;
+    float *row = malloc(count * sizeof *row);
+    float *made = calloc(3 * width * (size_t)info->height, sizeof *made);
     enum status status = row && made ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%s", file->path);
-    size_t saturated = 0;
-    response_table(table, capture->response);
-    for (size_t y = 0; y < lines && !status; y++) {
+    struct curve curve;
+    response_known(&curve, capture->response);
+    for (int y = 0; y < info->height && !status; y++) {
         status = photo_read(file, row, 1, err);
         for (size_t i = 0; i < count && !status; i++) {
-            double dn = file->info.encoded ? table[row[i]] : row[i];
-            saturated += dn >= sensor->usable[i % 3];
-            made[y * count + i] = (float)(dn - sensor->black[i % 3]);
+            char letter = mosaic ? info->cfa[2 * (y % 2) + (int)(i % 2)] : 0;
+            size_t c = !mosaic ? i % 3 : letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
+            float dn = info->encoded ? curve.dn[c][(unsigned char)row[i]] : row[i];
+            saturated += (double)dn >= sensor->usable[c];
+            row[i] = dn - (float)sensor->black[c];
         }
+        if (!status && mosaic && y < info->height / 2 * 2)
+            add_mosaic_row(made + (size_t)(y / 2) * (width / 2) * 3, row, info->width, info->cfa,
+                           y);
+        else if (!status && !mosaic)
+            memcpy(made + (size_t)y * count, row, count * sizeof *row);
     }
     // A hot photosite saturates anywhere; a thousandth is an area.
-    if (!status && (double)saturated > 1e-3 * (double)(count * lines))
+    if (!status && (double)saturated > 1e-3 * (double)count * info->height)
         status = cap_fail(err, STATUS_DATA, "%s: the flat frame is saturated: expose it less",
                           file->path);
     free(row);
@@ -256,12 +275,22 @@ static enum status read_image(float **image, struct photo_file *file, const stru
     return status;
 }
 
+/* A model of cells, for their photosites: it is smooth, and its place runs over [-1, 1] in both. */
+static bool to_photosites(struct flat *flat, int width, int height)
+{
+    free(flat->across);
+    flat->width = width;
+    flat->height = height;
+    return fill_across(flat);
+}
+
 enum status flat_fit(struct flat *flat, const struct capture *capture, const struct sensor *sensor,
-                     int camera, struct error *err)
+                     int camera, char cfa[5], struct error *err)
 {
     const struct camera_kind *kind = &capture->camera[camera];
     struct photo_file *file = NULL;
     float *image = NULL;
+    struct flat made = {0};
     char *path = cap_path(capture->folder, capture->flat);
     enum status status =
         path ? photo_open(&file, path, err) : cap_fail(err, STATUS_MEMORY, "%s", capture->flat);
@@ -272,8 +301,17 @@ enum status flat_fit(struct flat *flat, const struct capture *capture, const str
                           path, file->info.width, file->info.height, kind->width, kind->height);
     if (!status)
         status = read_image(&image, file, capture, sensor, err);
-    if (!status && !flat_fit_image(flat, image, kind->width, kind->height))
+    int cell = !status && file->info.channels == 1 ? 2 : 1;
+    if (!status && !flat_fit_image(&made, image, kind->width / cell, kind->height / cell))
         status = cap_fail(err, STATUS_DATA, "%s: the flat frame is too dark or too small", path);
+    if (!status && cell == 2 && !to_photosites(&made, kind->width, kind->height))
+        status = cap_fail(err, STATUS_MEMORY, "%s", path);
+    if (!status) {
+        memcpy(cfa, file->info.cfa, 5);
+        *flat = made;
+        made = (struct flat){0};  // the caller's now
+    }
+    flat_free(&made);
     free(image);
     photo_close(file);
     free(path);

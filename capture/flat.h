@@ -15,11 +15,12 @@ struct flat {
 };
 void flat_free(struct flat *flat);
 
-/** Fit capture->flat, photographed with a sensor of known levels.
+/** Fit capture->flat, photographed with a sensor of known levels; cfa becomes that of the flat's
+ *  mosaic, or "".
  *  STATUS_IO, STATUS_FORMAT; STATUS_DATA: another size, saturated, dark. */
 enum status flat_fit(struct flat *flat, const struct capture *capture, const struct sensor *sensor,
-                     int camera, struct error *err);
-/** row[width][3] of the model at row y. */
+                     int camera, char cfa[5], struct error *err);
+/** row[width][3] of the model at row y; all three channels also of a mosaic. */
 void flat_row(const struct flat *flat, int y, float *row);
 /** The model of an image [height][width][3] itself, of any scale; false: not positive. */
 bool flat_fit_image(struct flat *flat, const float *image, int width, int height);

@@ -1,4 +1,4 @@
-/* jpeg_read.c -- JPEG photographs through libjpeg-turbo, their EXIF through libexif.
+/* jpeg_read.c -- JPEG photographs through libjpeg-turbo, their EXIF through exif_read.c.
  *
  * libjpeg goes on after a file ends early, with grey, and only warns: here such warnings are
  * errors, for a grey half is no measurement. Its errors leave by longjmp.
@@ -6,7 +6,6 @@
 #include "photo.h"
 
 #include <errno.h>
-#include <libexif/exif-data.h>
 #include <setjmp.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,45 +44,12 @@ static void print_nothing(j_common_ptr jpeg)
     (void)jpeg;
 }
 
-static double rational_tag(ExifData *exif, ExifTag tag)
-{
-    ExifEntry *entry = exif_content_get_entry(exif->ifd[EXIF_IFD_EXIF], tag);
-    if (!entry || entry->format != EXIF_FORMAT_RATIONAL || entry->size < 8)
-        return 0;
-    ExifRational r = exif_get_rational(entry->data, exif_data_get_byte_order(exif));
-    return r.denominator ? (double)r.numerator / r.denominator : 0;
-}
-
-static void text_tag(ExifData *exif, ExifIfd ifd, ExifTag tag, char *to, size_t size)
-{
-    ExifEntry *entry = exif_content_get_entry(exif->ifd[ifd], tag);
-    if (entry && entry->format == EXIF_FORMAT_ASCII && entry->data)
-        snprintf(to, size, "%.*s", (int)entry->size, (const char *)entry->data);
-}
-
-static void take_exif(struct photo *info, ExifData *exif)
-{
-    ExifEntry *iso = exif_content_get_entry(exif->ifd[EXIF_IFD_EXIF], EXIF_TAG_ISO_SPEED_RATINGS);
-    if (iso && iso->format == EXIF_FORMAT_SHORT && iso->size >= 2)
-        info->iso = exif_get_short(iso->data, exif_data_get_byte_order(exif));
-    info->exposure_time = rational_tag(exif, EXIF_TAG_EXPOSURE_TIME);
-    info->aperture = rational_tag(exif, EXIF_TAG_FNUMBER);
-    info->focal_length = rational_tag(exif, EXIF_TAG_FOCAL_LENGTH);
-    text_tag(exif, EXIF_IFD_0, EXIF_TAG_MAKE, info->make, sizeof info->make);
-    text_tag(exif, EXIF_IFD_0, EXIF_TAG_MODEL, info->model, sizeof info->model);
-    text_tag(exif, EXIF_IFD_EXIF, EXIF_TAG_DATE_TIME_ORIGINAL, info->taken, sizeof info->taken);
-}
-
 static void read_exif(struct jpeg_file *file)
 {
     for (jpeg_saved_marker_ptr m = file->jpeg.marker_list; m; m = m->next) {
         if (m->data_length < 6 || memcmp(m->data, "Exif\0", 6) != 0)
             continue;
-        ExifData *exif = exif_data_new_from_data(m->data, m->data_length);
-        if (exif) {
-            take_exif(&file->base.info, exif);
-            exif_data_unref(exif);
-        }
+        exif_take(&file->base.info, m->data + 6, m->data_length - 6);
         return;
     }
 }
@@ -118,7 +84,7 @@ static enum status begin(struct jpeg_file *file, struct error *err)
     return file->line ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%s", file->base.path);
 }
 
-static enum status read_rows(struct photo_file *base, uint16_t *dn, int rows, struct error *err)
+static enum status read_rows(struct photo_file *base, float *dn, int rows, struct error *err)
 {
     struct jpeg_file *file = (struct jpeg_file *)base;
     if (setjmp(file->leave))
@@ -157,8 +123,8 @@ enum status jpeg_open(struct photo_file **opened, const char *path, struct error
         free(copy);
         return cap_fail(err, STATUS_MEMORY, "%s", path);
     }
-    file->base =
-        (struct photo_file){.format = &format, .path = copy, .info = {.light = -1, .shot = -1}};
+    file->base = (struct photo_file){
+        .format = &format, .path = copy, .info = photo_unknown(), .rows_at_once = 1};
     file->jpeg.err = jpeg_std_error(&file->errors);
     file->jpeg.client_data = file;
     file->errors.error_exit = leave_with_message;

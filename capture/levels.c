@@ -15,6 +15,7 @@
  */
 #include "sensor.h"
 
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -37,38 +38,42 @@ static int quantile(const uint32_t *histogram, double share)
     return 0;
 }
 
-static void count_values(uint32_t *histogram, const uint16_t *dn, size_t photosites, int c)
+/* The histogram's place of a value; values of float files may lie anywhere. */
+static int level_of(float dn)
 {
-    for (size_t i = 0; i < photosites; i++)
-        histogram[dn[3 * i + c]]++;
+    return dn > 0 ? dn < LEVELS - 1 ? (int)(dn + 0.5f) : LEVELS - 1 : 0;
 }
 
-static int highest_value(const struct bracket_sample *sample, int samples, int c)
+static void count_values(uint32_t *histogram, const float *dn, size_t photosites)
 {
-    int top = 0;
+    for (size_t i = 0; i < photosites; i++)
+        histogram[level_of(dn[i])]++;
+}
+
+static float highest_value(const struct bracket_sample *sample, int samples)
+{
+    float top = 0;
     for (int k = 0; k < samples; k++)
         for (int f = 0; f < sample[k].frames; f++)
             for (size_t i = 0; i < sample[k].photosites; i++)
-                if (sample[k].dn[f][3 * i + c] > top)
-                    top = sample[k].dn[f][3 * i + c];
+                top = sample[k].dn[f][i] > top ? sample[k].dn[f][i] : top;
     return top;
 }
 
 /* Where black may be: nothing in the shortest frames is darker, but for a thousandth. */
-static double rough_black(const struct bracket_sample *sample, int samples, int c,
-                          uint32_t *histogram)
+static double rough_black(const struct bracket_sample *sample, int samples, uint32_t *histogram)
 {
     memset(histogram, 0, LEVELS * sizeof *histogram);
     for (int k = 0; k < samples; k++)
         if (sample[k].frames > 1)
-            count_values(histogram, sample[k].dn[0], sample[k].photosites, c);
+            count_values(histogram, sample[k].dn[0], sample[k].photosites);
     return quantile(histogram, 0.001);
 }
 
 /* Histogram of the values that are too low by far for what the frame before predicts. The upper
  * half of the scale is enough: a pile lies at its top. */
-static void count_saturated(uint32_t *histogram, const struct bracket_sample *s, int c,
-                            double black, double top)
+static void count_saturated(uint32_t *histogram, const struct bracket_sample *s, double black,
+                            double top)
 {
     enum { RATIO_MAX = 32 };  // beyond, the prediction is more noise than signal
     for (int f = 1; f < s->frames; f++) {
@@ -76,13 +81,13 @@ static void count_saturated(uint32_t *histogram, const struct bracket_sample *s,
         if (ratio < 1.2 || ratio > RATIO_MAX)
             continue;
         for (size_t i = 0; i < s->photosites; i++) {
-            double before = s->dn[f - 1][3 * i + c] - black, now = s->dn[f][3 * i + c] - black;
+            double before = (double)s->dn[f - 1][i] - black, now = (double)s->dn[f][i] - black;
             if (now < 0.5 * (top - black))
                 continue;
             // Less 4 standard deviations of photon noise at 1 electron a DN.
             double predicted = ratio * (before - 4 * sqrt(fmax(before, 1)));
             if (predicted > (1 + 0.3 * fmin(ratio - 1, 1)) * now)
-                histogram[s->dn[f][3 * i + c]]++;
+                histogram[level_of(s->dn[f][i])]++;
         }
     }
 }
@@ -121,30 +126,34 @@ static void set_white(struct sensor *sensor, int c, const struct bracket_sample 
     // Quantised DCT coefficients ring by some codes around clipped regions of a JPEG file; near
     // white one sRGB code is 2.4 / 1.055 / 255 = 0.9 % of the scale.
     double ringing = known->encoded ? 4 * 0.0089 : 0;
-    int top = highest_value(sample, samples, c);
+    double top = (double)highest_value(sample, samples);
     memset(histogram, 0, LEVELS * sizeof *histogram);
     for (int k = 0; k < samples; k++)
-        count_saturated(histogram, &sample[k], c, black, top);
+        count_saturated(histogram, &sample[k], black, top);
     struct pile pile = measure_pile(histogram);
     if (!isnan(known->white)) {
         pile.found = pile.found && fabs(pile.mean - known->white) < 0.02 * known->white;
         pile.mean = known->white;
+    } else if (!pile.found && !isnan(known->nominal_white)) {
+        pile.mean = known->nominal_white;
     } else if (!pile.found) {
         // Nothing saturates: full scale is that of the smallest converter that reaches so far.
         int full = 255;
-        while (full < top)
+        while (full < top && full < LEVELS - 1)
             full = 2 * full + 1;
-        pile.mean = known->encoded ? LEVELS - 1 : full;
+        pile.mean = known->encoded || known->real ? LEVELS - 1 : full;
     }
     if (!pile.found)
         pile.spread = 1;  // of a sensor with little noise, in DN
     sensor->white[c] = pile.mean;
     sensor->usable[c] = pile.mean - fmax(4 * fmax(pile.spread, 0.5), ringing * pile.mean);
+    if (known->real && !pile.found && isnan(known->white))
+        sensor->usable[c] = (double)FLT_MAX;  // a float file need not end anywhere
 }
 
 /* The frame that tells which photosites are dark. Chosen by the noise of the longest frame, they
  * would all be read too low in it: the one before it is independent. */
-static const uint16_t *selector(const struct bracket_sample *s)
+static const float *selector(const struct bracket_sample *s)
 {
     return s->dn[s->frames > 2 ? s->frames - 2 : s->frames - 1];
 }
@@ -155,9 +164,8 @@ struct intercept {
     double count, mean, deviation, at_zero;  // at_zero: share of values cut off at 0
 };
 
-static struct intercept mean_intercept(const struct bracket_sample *sample, int samples, int c,
-                                       double low, double high, double usable,
-                                       struct intercept before)
+static struct intercept mean_intercept(const struct bracket_sample *sample, int samples, double low,
+                                       double high, double usable, struct intercept before)
 {
     double count = 0, sum = 0, sum2 = 0, zeros = 0;
     for (int k = 0; k < samples; k++) {
@@ -165,15 +173,16 @@ static struct intercept mean_intercept(const struct bracket_sample *sample, int 
         double ratio = s->time[s->frames - 1] / s->time[0];
         if (ratio < 2)
             continue;
-        const uint16_t *dn_short = s->dn[0], *dn_long = s->dn[s->frames - 1];
-        const uint16_t *by = selector(s);
-        for (size_t i = (size_t)c; i < 3 * s->photosites; i += 3) {
-            if (by[i] < low || by[i] >= high || dn_long[i] >= usable)
+        const float *dn_short = s->dn[0], *dn_long = s->dn[s->frames - 1];
+        const float *by = selector(s);
+        for (size_t i = 0; i < s->photosites; i++) {
+            double at = (double)by[i], now = (double)dn_long[i];
+            if (at < low || at >= high || now >= usable)
                 continue;
-            double b = (ratio * dn_short[i] - dn_long[i]) / (ratio - 1);
+            double b = (ratio * (double)dn_short[i] - now) / (ratio - 1);
             if (before.count > 0 && fabs(b - before.mean) > 5 * before.deviation + 1)
                 continue;  // a hot photosite, or something that moved
-            zeros += dn_short[i] == 0;
+            zeros += dn_short[i] <= 0;
             count++;
             sum += b;
             sum2 += b * b;
@@ -187,22 +196,22 @@ static struct intercept mean_intercept(const struct bracket_sample *sample, int 
 }
 
 /* NAN: the brackets do not tell. */
-static double find_black(const struct bracket_sample *sample, int samples, int c, double usable,
+static double find_black(const struct bracket_sample *sample, int samples, double usable,
                          uint32_t *histogram)
 {
     enum { STEPS = 9, COUNT_MIN = 100 };
     memset(histogram, 0, LEVELS * sizeof *histogram);
     for (int k = 0; k < samples; k++)
         if (sample[k].time[sample[k].frames - 1] >= 2 * sample[k].time[0])
-            count_values(histogram, selector(&sample[k]), sample[k].photosites, c);
-    for (int v = (int)usable; v < LEVELS; v++)
+            count_values(histogram, selector(&sample[k]), sample[k].photosites);
+    for (int v = (int)fmin(usable, LEVELS); v < LEVELS; v++)
         histogram[v] = 0;  // saturated
     double low = 0, found = NAN;
     for (int step = 1; step <= STEPS; step++) {
         double high = quantile(histogram, 0.1 * step) + 1;
         struct intercept b = {0};
         for (int clip = 0; clip < 3; clip++)
-            b = mean_intercept(sample, samples, c, low, high, usable, b);
+            b = mean_intercept(sample, samples, low, high, usable, b);
         if (b.count >= COUNT_MIN)
             found = fmax(b.mean, 0);
         if (b.count >= COUNT_MIN && b.at_zero < 1e-3)
@@ -216,17 +225,17 @@ void sensor_find_levels(struct sensor *sensor, int c, const struct bracket_sampl
                         int samples, const struct sensor_known *known, struct sensor_doubts *doubts)
 {
     uint32_t *histogram = calloc(LEVELS, sizeof *histogram);
-    double black = known->encoded ? 0 : known->black;
+    double black = known->encoded || known->real ? 0 : known->black[c];
     if (!histogram) {  // the whole format, then
         sensor->black[c] = isnan(black) ? 0 : black;
         sensor->white[c] = sensor->usable[c] = LEVELS - 1;
         doubts->black = true;
         return;
     }
-    double rough = isnan(black) ? rough_black(sample, samples, c, histogram) : black;
+    double rough = isnan(black) ? rough_black(sample, samples, histogram) : black;
     set_white(sensor, c, sample, samples, known, rough, histogram);
     if (isnan(black))
-        black = find_black(sample, samples, c, sensor->usable[c], histogram);
+        black = find_black(sample, samples, sensor->usable[c], histogram);
     doubts->black = doubts->black || isnan(black);
     sensor->black[c] = isnan(black) ? 0 : black;
     free(histogram);

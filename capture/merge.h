@@ -9,19 +9,22 @@
 struct merge_row {
     int count;
     float *black;
-    float *usable;  // of DN
-    float *safe;    // of DN less black: a frame predicted to lie higher is not used
-    float *read2;   // variance of read noise, DN^2
-    float *slope;   // variance per signal, DN
-    float *scale;   // DN per second to radiance; set by merge_row_scale
+    float *usable;     // of DN
+    float *safe;       // of DN less black: a frame predicted to lie higher is not used
+    float *read2;      // variance of read noise, DN^2
+    float *slope;      // variance per signal, DN
+    float *relative2;  // variance of the photosite's response, of the signal squared
+    float *full;       // 1 / (white - black)
+    float *scale;      // DN per second to radiance; full at first
 };
+/** For 3 channels, or for the row y (its parity matters) of a mosaic: cfa "RGGB". */
 enum status merge_row_make(struct merge_row *row, const struct sensor *sensor, int width,
-                           struct error *err);
+                           const char *cfa, int y, struct error *err);
 void merge_row_free(struct merge_row *row);
-/** Set scale: 1 / (white - black), divided by flat ([count], may be NULL). */
-void merge_row_scale(struct merge_row *row, const struct sensor *sensor, const float *flat);
+/** Set scale: full, divided by flat ([count], may be NULL). */
+void merge_row_scale(struct merge_row *row, const float *flat);
 
 /** Merge dn[frames][count], times in seconds, ascending; see merge.c. */
-void merge_row(float *value, float *variance, const struct merge_row *row,
-               const uint16_t *const *dn, const double *time, int frames);
+void merge_row(float *value, float *variance, const struct merge_row *row, const float *const *dn,
+               const double *time, int frames);
 #endif

@@ -1,12 +1,26 @@
-/* photo.c -- photographs, opened by what is in them. */
+/* photo.c -- photographs, opened by what is in them: the first bytes decide, not the name. */
 #include "photo.h"
 
 #include <assert.h>
 #include <errno.h>
 #include <string.h>
 
+/* A TIFF may be a raw file: DNG, NEF, CR2, ARW, ... have its structure. The name decides then. */
+static bool has_raw_name(const char *path)
+{
+    static const char *const plain[] = {".tif", ".tiff"};
+    const char *dot = strrchr(path, '.');
+    if (!dot || strchr(dot, '/'))
+        return false;
+    for (int i = 0; i < 2; i++)
+        if (strcasecmp(dot, plain[i]) == 0)
+            return false;
+    return true;
+}
+
 enum status photo_open(struct photo_file **file, const char *path, struct error *err)
 {
+    static const unsigned char png[4] = {0x89, 'P', 'N', 'G'}, exr[4] = {0x76, 0x2F, 0x31, 0x01};
     unsigned char magic[4] = {0};
     FILE *stream = fopen(path, "rb");
     if (!stream)
@@ -21,12 +35,24 @@ enum status photo_open(struct photo_file **file, const char *path, struct error 
         return cap_fail(err, STATUS_FORMAT, "%s: the file is empty", path);
     if (magic[0] == 0xFF && magic[1] == 0xD8)
         return jpeg_open(file, path, err);
-    if (memcmp(magic, "II", 2) == 0 || memcmp(magic, "MM", 2) == 0)
-        return tiff_open(file, path, err);
-    return cap_fail(err, STATUS_FORMAT, "%s: neither a TIFF nor a JPEG photograph", path);
+    if (memcmp(magic, png, sizeof png) == 0)
+        return png_open(file, path, err);
+    if (memcmp(magic, exr, sizeof exr) == 0)
+        return exr_open(file, path, err);
+    bool tiff = memcmp(magic, "II*\0", 4) == 0 || memcmp(magic, "MM\0*", 4) == 0
+                || memcmp(magic, "II+\0", 4) == 0 || memcmp(magic, "MM\0+", 4) == 0;
+    // A file whose name is no TIFF's may be a raw one nevertheless, or a TIFF with an odd name.
+    if (!tiff || (has_raw_name(path) && raw_open(file, path, NULL) == STATUS_OK))
+        return tiff ? STATUS_OK : raw_open(file, path, err);
+    return tiff_open(file, path, err);
 }
 
-enum status photo_read(struct photo_file *file, uint16_t *dn, int rows, struct error *err)
+struct photo photo_unknown(void)
+{
+    return (struct photo){.light = -1, .shot = -1, .black = NAN, .white = NAN};
+}
+
+enum status photo_read(struct photo_file *file, float *dn, int rows, struct error *err)
 {
     assert(rows >= 0 && file->row + rows <= file->info.height);
     enum status status = file->format->read(file, dn, rows, err);

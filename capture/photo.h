@@ -7,8 +7,8 @@
 struct photo_file;
 /** How one format is read; photo_read() and photo_close() check and count for all of them. */
 struct photo_format {
-    /** The rows from file->row on, [rows][width][3], 8-bit values as they are; dn NULL: skip. */
-    enum status (*read)(struct photo_file *file, uint16_t *dn, int rows, struct error *err);
+    /** The rows from file->row on, [rows][width][channels]; dn NULL: skip. */
+    enum status (*read)(struct photo_file *file, float *dn, int rows, struct error *err);
     void (*close)(struct photo_file *file);
 };
 
@@ -17,20 +17,35 @@ struct photo_file {
     const struct photo_format *format;
     struct photo info;  // its name is NULL, light and shot are -1
     char *path;
-    int row;  // the next to be read
+    int row;           // the next to be read
+    int rows_at_once;  // rows that are decoded together: a strip, a tile, a chunk
+    bool any_row;      // rows can be passed over without decoding them
 };
 
-/** Open a TIFF (8 or 16 bits, RGB) or JPEG (8 bits, RGB) and read what it says of itself. On
- *  success end with photo_close(). STATUS_IO; STATUS_FORMAT where it is no such photograph, or the
- *  file is shorter than it says. */
+/** Open a photograph and read what it says of itself: TIFF (8, 16 bits or float, RGB), PNG (8 or
+ *  16 bits, RGB), JPEG (RGB), EXR (RGB, or a mosaic Y with its cfa), or what LibRaw takes for a raw
+ *  file. On success end with photo_close(). STATUS_IO; STATUS_FORMAT where it is no such
+ *  photograph, or the file is shorter than it says. */
 enum status photo_open(struct photo_file **file, const char *path, struct error *err);
-/** The next rows, at most those that are left. STATUS_FORMAT: damaged or truncated. */
-enum status photo_read(struct photo_file *file, uint16_t *dn, int rows, struct error *err);
-/** Pass over rows; strips and tiles that lie in them are not decoded. */
+/** The next rows, at most those that are left: DN as they are in integer files (codes where they
+ *  are encoded), 65535 times the number in float files; NaN becomes infinite, as if saturated.
+ *  STATUS_FORMAT: damaged or truncated. */
+enum status photo_read(struct photo_file *file, float *dn, int rows, struct error *err);
+/** Pass over rows. */
 enum status photo_skip(struct photo_file *file, int rows, struct error *err);
 void photo_close(struct photo_file *file);
+
+/** What a photograph is before its file is read: nothing is known. */
+struct photo photo_unknown(void);
 
 // The formats. They own file->path once they succeed.
 enum status tiff_open(struct photo_file **file, const char *path, struct error *err);
 enum status jpeg_open(struct photo_file **file, const char *path, struct error *err);
+enum status png_open(struct photo_file **file, const char *path, struct error *err);
+enum status exr_open(struct photo_file **file, const char *path, struct error *err);
+enum status raw_open(struct photo_file **file, const char *path, struct error *err);
+
+/** Settings from an EXIF block (a TIFF structure, without "Exif\0\0"); a broken one tells nothing.
+ */
+void exif_take(struct photo *info, const unsigned char *block, size_t size);
 #endif

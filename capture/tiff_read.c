@@ -1,4 +1,5 @@
-/* tiff_read.c -- TIFF photographs: 8 or 16 bits, RGB, in strips or tiles, any compression.
+/* tiff_read.c -- TIFF photographs: RGB of 8 or 16 bits or 32-bit float, in strips or tiles, any
+ * compression.
  *
  * Strips and tiles are decoded whole, into a band of rows: libtiff is twice as fast then as row by
  * row (libdeflate instead of zlib). Only strips too large for that are read by rows, so that
@@ -19,9 +20,9 @@ struct tiff_file {
     int samples;  // a pixel in the file; the first three are R, G, B
     bool tiled, planes, banded;
     int band_rows;        // rows a strip or tile
-    unsigned char *line;  // one row as in the file, where that is not our form
-    uint16_t *band;       // [band_rows][width][3], of tiles and planes
-    int band_top;         // its first row; -1: empty
+    unsigned char *line;  // a row, strip or tile as in the file
+    float *band;          // [band_rows][width][3], of tiles and planes
+    int band_top;         // the first row that line (or band) holds; -1: none
     char message[300];    // libtiff's first
 };
 
@@ -75,6 +76,9 @@ static void read_exif(struct tiff_file *file)
     text_tag(file->tiff, TIFFTAG_MAKE, info->make, sizeof info->make);
     text_tag(file->tiff, TIFFTAG_MODEL, info->model, sizeof info->model);
     text_tag(file->tiff, TIFFTAG_DATETIME, info->taken, sizeof info->taken);
+    uint16_t orientation = 0;
+    if (TIFFGetField(file->tiff, TIFFTAG_ORIENTATION, &orientation))
+        info->orientation = orientation;
     if (TIFFGetField(file->tiff, TIFFTAG_EXIFIFD, &offset)
         && TIFFReadEXIFDirectory(file->tiff, offset)) {
         uint16_t count = 0, *iso = NULL;
@@ -84,6 +88,7 @@ static void read_exif(struct tiff_file *file)
         if (TIFFGetField(file->tiff, EXIFTAG_ISOSPEEDRATINGS, &count, &iso) && count > 0)
             info->iso = iso[0];
         text_tag(file->tiff, EXIFTAG_DATETIMEORIGINAL, info->taken, sizeof info->taken);
+        text_tag(file->tiff, EXIFTAG_LENSMODEL, info->lens, sizeof info->lens);
     }
     file->message[0] = '\0';  // a broken EXIF block is no broken photograph
     TIFFSetDirectory(file->tiff, 0);
@@ -121,13 +126,14 @@ static enum status read_layout(struct tiff_file *file, struct error *err)
     file->tiled = TIFFIsTiled(tiff);
     TIFFGetFieldDefaulted(tiff, file->tiled ? TIFFTAG_TILELENGTH : TIFFTAG_ROWSPERSTRIP, &rows);
     if (TIFFGetField(tiff, TIFFTAG_DNGVERSION, &raw_size, &raw))
-        return fail(file, err, "a raw file (DNG); develop it to a linear 16-bit TIFF");
+        return fail(file, err, "a raw file under a TIFF's name; call it .dng");
     if (width == 0 || height == 0 || width > SIDE_MAX || height > SIDE_MAX || rows == 0)
         return fail(file, err, "the size of the image makes no sense");
     if (photometric != PHOTOMETRIC_RGB || samples < 3 || samples > 16)
         return fail(file, err, "not an RGB image");
-    if ((bits != 8 && bits != 16) || format != SAMPLEFORMAT_UINT)
-        return fail(file, err, "not 8 or 16 bits a sample");
+    bool whole = (bits == 8 || bits == 16) && format == SAMPLEFORMAT_UINT;
+    if (!whole && !(bits == 32 && format == SAMPLEFORMAT_IEEEFP))
+        return fail(file, err, "not 8 or 16 bits a sample, nor 32-bit float");
     if (!is_complete(tiff))
         return fail(file, err, "the file is truncated");
     file->samples = samples;
@@ -139,45 +145,71 @@ static enum status read_layout(struct tiff_file *file, struct error *err)
     info->channels = 3;
     info->bits = bits;
     info->encoded = bits == 8;
+    file->base.rows_at_once = file->band_rows;
+    file->base.any_row = true;
     return STATUS_OK;
 }
 
 static enum status make_buffers(struct tiff_file *file, struct error *err)
 {
-    enum { STRIP_BYTES = 4 << 20 };
+    enum { STRIP_BYTES = 16 << 20 };
     size_t line = (size_t)TIFFScanlineSize(file->tiff);
     size_t block = (size_t)(file->tiled ? TIFFTileSize(file->tiff) : TIFFStripSize(file->tiff));
-    file->banded = file->tiled || file->planes || block <= STRIP_BYTES;
-    if (file->banded) {
-        line = block > line ? block : line;
+    bool gathered = file->tiled || file->planes;
+    file->banded = gathered || block <= STRIP_BYTES;
+    if (gathered)
         file->band =
             calloc((size_t)file->band_rows * file->base.info.width * 3, sizeof *file->band);
+    file->line = malloc(file->banded && block > line ? block : line);
+    if (!file->banded) {
+        file->base.rows_at_once = 1;
+        file->base.any_row = false;
     }
-    file->line = malloc(line);
-    if (!file->line || (file->banded && !file->band))
+    if (!file->line || (gathered && !file->band))
         return cap_fail(err, STATUS_MEMORY, "%s", file->base.path);
     return STATUS_OK;
 }
 
-/* count pixels of the file's form, to ours. */
-static void unpack(const struct tiff_file *file, const void *from, size_t count, uint16_t *to)
+/* Count samples of the file's form, every `from_step`th, to every `to_step`th of ours. */
+static void unpack(const struct tiff_file *file, const void *from, size_t from_step, float *to,
+                   size_t to_step, size_t count)
 {
-    size_t step = (size_t)file->samples;
     const uint8_t *narrow = from;
     const uint16_t *wide = from;
-    for (size_t i = 0; i < count; i++)
-        for (size_t c = 0; c < 3; c++)
-            to[3 * i + c] = file->base.info.bits == 8 ? narrow[step * i + c] : wide[step * i + c];
+    const float *real = from;
+    if (file->base.info.bits == 8)
+        for (size_t i = 0; i < count; i++)
+            to[to_step * i] = narrow[from_step * i];
+    else if (file->base.info.bits == 16 && from_step == 1 && to_step == 1)
+        for (size_t i = 0; i < count; i++)  // the usual one; the compiler sees that steps are 1
+            to[i] = wide[i];
+    else if (file->base.info.bits == 16)
+        for (size_t i = 0; i < count; i++)
+            to[to_step * i] = wide[from_step * i];
+    else
+        for (size_t i = 0; i < count; i++) {
+            float v = real[from_step * i];
+            to[to_step * i] = v == v ? 65535 * v : INFINITY;
+        }
 }
 
-static bool read_line(struct tiff_file *file, int row, uint16_t *dn)
+/* Pixels that stand together in the file. */
+static void unpack_pixels(const struct tiff_file *file, const void *from, float *to, size_t pixels)
 {
-    bool direct = dn && file->base.info.bits == 16 && file->samples == 3;
-    void *to = direct ? (void *)dn : file->line;
-    if (TIFFReadScanline(file->tiff, to, (uint32_t)row, 0) < 0)
+    size_t step = (size_t)file->samples, sample = (size_t)file->base.info.bits / 8;
+    if (step == 3)
+        unpack(file, from, 1, to, 1, 3 * pixels);
+    else
+        for (size_t c = 0; c < 3; c++)
+            unpack(file, (const char *)from + c * sample, step, to + c, 3, pixels);
+}
+
+static bool read_line(struct tiff_file *file, int row, float *dn)
+{
+    if (TIFFReadScanline(file->tiff, file->line, (uint32_t)row, 0) < 0)
         return false;
-    if (dn && !direct)
-        unpack(file, file->line, (size_t)file->base.info.width, dn);
+    if (dn)
+        unpack_pixels(file, file->line, dn, (size_t)file->base.info.width);
     return true;
 }
 
@@ -185,19 +217,14 @@ static bool read_line(struct tiff_file *file, int row, uint16_t *dn)
 static void place_block(struct tiff_file *file, int left, int columns, int rows, int pitch,
                         int plane)
 {
-    int width = file->base.info.width;
+    size_t sample = (size_t)file->base.info.bits / 8 * (plane < 0 ? (size_t)file->samples : 1);
     for (int y = 0; y < rows; y++) {
-        uint16_t *to = file->band + ((size_t)y * width + left) * 3;
-        size_t from = (size_t)y * pitch;
-        if (plane < 0) {
-            size_t sample = file->base.info.bits / 8;
-            unpack(file, file->line + from * file->samples * sample, (size_t)columns, to);
-            continue;
-        }
-        for (int x = 0; x < columns; x++)
-            to[3 * x + plane] = file->base.info.bits == 8
-                                    ? file->line[from + x]
-                                    : ((const uint16_t *)(const void *)file->line)[from + x];
+        float *to = file->band + ((size_t)y * file->base.info.width + left) * 3;
+        const unsigned char *from = file->line + (size_t)y * pitch * sample;
+        if (plane < 0)
+            unpack_pixels(file, from, to, (size_t)columns);
+        else
+            unpack(file, from, 1, to + plane, 3, (size_t)columns);
     }
 }
 
@@ -208,13 +235,10 @@ static bool read_band_plane(struct tiff_file *file, int top, int plane)
     uint16_t sample = (uint16_t)(plane < 0 ? 0 : plane);
     if (!file->tiled) {
         uint32_t strip = TIFFComputeStrip(file->tiff, (uint32_t)top, sample);
-        bool direct = plane < 0 && file->base.info.bits == 16 && file->samples == 3;
-        void *to = direct ? (void *)file->band : file->line;
-        if (TIFFReadEncodedStrip(file->tiff, strip, to, -1) < 0)
+        if (TIFFReadEncodedStrip(file->tiff, strip, file->line, -1) < 0)
             return false;
-        if (direct)
-            return true;
-        place_block(file, 0, width, rows, width, plane);
+        if (plane >= 0)
+            place_block(file, 0, width, rows, width, plane);
         return true;
     }
     uint32_t pitch = 0;
@@ -229,7 +253,7 @@ static bool read_band_plane(struct tiff_file *file, int top, int plane)
     return true;
 }
 
-static bool read_banded_line(struct tiff_file *file, int row, uint16_t *dn)
+static bool read_banded_line(struct tiff_file *file, int row, float *dn)
 {
     int top = row - row % file->band_rows;
     bool ok = true;
@@ -237,9 +261,12 @@ static bool read_banded_line(struct tiff_file *file, int row, uint16_t *dn)
         for (int p = file->planes ? 0 : -1; p < (file->planes ? 3 : 0) && ok; p++)
             ok = read_band_plane(file, top, p);
     file->band_top = ok ? top : -1;
-    size_t line = 3 * (size_t)file->base.info.width;
-    if (ok)
-        memcpy(dn, file->band + (size_t)(row - top) * line, line * sizeof *dn);
+    size_t width = (size_t)file->base.info.width, offset = (size_t)(row - top) * width;
+    size_t pixel = (size_t)file->base.info.bits / 8 * (size_t)file->samples;
+    if (ok && file->band)
+        memcpy(dn, file->band + 3 * offset, 3 * width * sizeof *dn);
+    else if (ok)
+        unpack_pixels(file, file->line + offset * pixel, dn, width);
     return ok;
 }
 
@@ -255,7 +282,7 @@ static bool skip_lines(struct tiff_file *file, int from, int to)
     return ok;
 }
 
-static enum status read_rows(struct photo_file *base, uint16_t *dn, int rows, struct error *err)
+static enum status read_rows(struct photo_file *base, float *dn, int rows, struct error *err)
 {
     struct tiff_file *file = (struct tiff_file *)base;
     size_t line = 3 * (size_t)base->info.width;
@@ -301,8 +328,7 @@ enum status tiff_open(struct photo_file **opened, const char *path, struct error
         free(copy);
         return cap_fail(err, STATUS_MEMORY, "%s", path);
     }
-    file->base =
-        (struct photo_file){.format = &format, .path = copy, .info = {.light = -1, .shot = -1}};
+    file->base = (struct photo_file){.format = &format, .path = copy, .info = photo_unknown()};
     file->tiff = open_quietly(file);
     enum status status =
         file->tiff ? read_layout(file, err) : fail(file, err, "cannot be opened as a TIFF");

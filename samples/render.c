@@ -111,7 +111,11 @@ static enum status write_radiance(const struct rendering *r, int shot, struct er
     if (!status)
         status = cap_make_folder(folder, err);
     if (!status) {
-        struct radiance map = {r->scene->camera.width, r->scene->camera.height, r->value, variance};
+        struct radiance map = {.width = r->scene->camera.width,
+                               .height = r->scene->camera.height,
+                               .value = r->value,
+                               .variance = variance,
+                               .channels = 3};
         status = cap_radiance_write(&map, path, err);
     }
     free(folder);

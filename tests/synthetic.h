@@ -146,4 +146,48 @@ static inline void write_tiff(const char *path, const uint16_t *rgb, int width, 
         write_exif_ifd(tiff, form->exposure_time);
     TIFFClose(tiff);
 }
+
+/* A raw file as LibRaw reads it: an uncompressed DNG of a mosaic RGGB, 16 bits. */
+enum { DNG_BLACK = 128, DNG_WHITE = 4095 };
+
+static inline void write_dng(const char *path, const uint16_t *mosaic, int width, int height,
+                             double exposure_time)
+{
+    static const uint8_t version[4] = {1, 4, 0, 0}, backward[4] = {1, 1, 0, 0};
+    static const uint8_t pattern[4] = {0, 1, 1, 2};
+    static const uint16_t cell[2] = {2, 2}, one[2] = {1, 1};
+    static const float matrix[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, neutral[3] = {1, 1, 1};
+    float black = DNG_BLACK;
+    uint32_t white = DNG_WHITE;
+    TIFF *tiff = TIFFOpen(path, "w");
+    assert_non_null(tiff);
+    TIFFSetField(tiff, TIFFTAG_SUBFILETYPE, 0);
+    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, width);
+    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, height);
+    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, 16);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, 1);
+    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, 32803);
+    TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE);
+    TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+    TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, height);
+    TIFFSetField(tiff, TIFFTAG_ORIENTATION, ORIENTATION_TOPLEFT);
+    TIFFSetField(tiff, TIFFTAG_MAKE, "Synthetic");
+    TIFFSetField(tiff, TIFFTAG_MODEL, "Chip");
+    TIFFSetField(tiff, TIFFTAG_DNGVERSION, version);
+    TIFFSetField(tiff, TIFFTAG_DNGBACKWARDVERSION, backward);
+    TIFFSetField(tiff, TIFFTAG_UNIQUECAMERAMODEL, "Synthetic Chip");
+    TIFFSetField(tiff, TIFFTAG_CFAREPEATPATTERNDIM, cell);
+    TIFFSetField(tiff, TIFFTAG_CFAPATTERN, 4, pattern);
+    TIFFSetField(tiff, TIFFTAG_COLORMATRIX1, 9, matrix);
+    TIFFSetField(tiff, TIFFTAG_ASSHOTNEUTRAL, 3, neutral);
+    TIFFSetField(tiff, TIFFTAG_CALIBRATIONILLUMINANT1, 21);
+    TIFFSetField(tiff, TIFFTAG_BLACKLEVELREPEATDIM, one);
+    TIFFSetField(tiff, TIFFTAG_BLACKLEVEL, 1, &black);
+    TIFFSetField(tiff, TIFFTAG_WHITELEVEL, 1, &white);
+    assert_true(
+        TIFFWriteEncodedStrip(tiff, 0, (void *)(uintptr_t)mosaic, (tmsize_t)width * height * 2)
+        > 0);
+    write_exif_ifd(tiff, exposure_time);
+    TIFFClose(tiff);
+}
 #endif

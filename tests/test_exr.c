@@ -25,7 +25,7 @@ static int remove_folder(void **state)
 /* Values that only exact storage keeps: tiny, huge, negative, infinite. */
 static struct radiance make_map(void)
 {
-    struct radiance map = {.width = WIDTH, .height = HEIGHT};
+    struct radiance map = {.width = WIDTH, .height = HEIGHT, .channels = 3};
     map.value = malloc(COUNT * sizeof *map.value);
     map.variance = malloc(COUNT * sizeof *map.variance);
     assert_non_null(map.value);
@@ -53,6 +53,41 @@ static void test_round_trip_is_exact(void **state)
     free(path);
     cap_radiance_free(&map);
     cap_radiance_free(&back);
+}
+
+/* A mosaic keeps one value a photosite; spread out, the others are no measurements. */
+static void test_mosaic(void **state)
+{
+    (void)state;
+    struct radiance map = make_map(), stored = {0}, spread = {0};
+    struct error err = {0};
+    char *path = cap_path(folder, "mosaic.exr");
+    map.channels = 1;
+    strcpy(map.cfa, "RGGB");
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {  // every channel is of one colour
+        map.value[i] = (float)(1 + cap_radiance_channel(&map, i % WIDTH, i / WIDTH));
+        map.variance[i] = 0.25f;
+    }
+    assert_int_equal(cap_radiance_write(&map, path, &err), STATUS_OK);
+    assert_int_equal(cap_radiance_read_stored(&stored, path, &err), STATUS_OK);
+    assert_int_equal(stored.channels, 1);
+    assert_string_equal(stored.cfa, "RGGB");
+    assert_memory_equal(map.value, stored.value, WIDTH * HEIGHT * sizeof(float));
+    assert_int_equal(cap_radiance_read(&spread, path, &err), STATUS_OK);
+    assert_int_equal(spread.channels, 3);
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        int own = cap_radiance_channel(&spread, i % WIDTH, i / WIDTH);
+        for (int c = 0; c < 3; c++) {
+            assert_near(spread.value[3 * i + c], 1 + c, 1e-6);
+            assert_true(c == own ? spread.variance[3 * i + c] == 0.25f
+                                 : isinf(spread.variance[3 * i + c]));
+        }
+    }
+    remove(path);
+    free(path);
+    cap_radiance_free(&map);
+    cap_radiance_free(&stored);
+    cap_radiance_free(&spread);
 }
 
 static void test_inputs_tell_whether_a_map_is_up_to_date(void **state)
@@ -113,6 +148,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_round_trip_is_exact),
+        cmocka_unit_test(test_mosaic),
         cmocka_unit_test(test_inputs_tell_whether_a_map_is_up_to_date),
         cmocka_unit_test(test_truncated_foreign_and_missing_files_are_refused),
         cmocka_unit_test(test_no_room_leaves_no_file),

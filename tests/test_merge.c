@@ -1,5 +1,5 @@
 /* The merge: as good as the Cramer-Rao bound, unbiased, and right about its own variance. */
-#include "bracket.h"
+#include "response.h"
 #include "merge.h"
 #include "synthetic.h"
 
@@ -7,7 +7,7 @@ enum { WIDTH = 40000, COUNT = 3 * WIDTH, FRAMES = 5 };
 
 static const struct chip chip = {128, 12.6, 5, 48000, 4095};
 static const double times[FRAMES] = {1.0 / 1024, 1.0 / 256, 1.0 / 64, 1.0 / 16, 1.0 / 4};
-static uint16_t dn[FRAMES][COUNT];
+static float dn[FRAMES][COUNT];
 static float value[COUNT], variance[COUNT];
 
 /* What chip is, as the sensor that merge is told. */
@@ -21,6 +21,7 @@ static struct sensor chip_sensor(void)
         sensor.usable[c] = sensor.white[c] - 4 * read;
         sensor.gain[c] = chip.gain;
         sensor.read_noise[c] = hypot(read, sqrt(1.0 / 12));
+        sensor.relative[c] = 0;
     }
     return sensor;
 }
@@ -29,14 +30,14 @@ static struct sensor chip_sensor(void)
 static void merge_rate(double rate, uint64_t seed)
 {
     const struct sensor sensor = chip_sensor();
-    const uint16_t *frames[FRAMES];
+    const float *frames[FRAMES];
     struct merge_row row = {0};
     for (int f = 0; f < FRAMES; f++) {
         frames[f] = dn[f];
         for (int i = 0; i < COUNT; i++)
             dn[f][i] = chip_expose(&chip, rate * times[f], &seed);
     }
-    assert_int_equal(merge_row_make(&row, &sensor, WIDTH, NULL), STATUS_OK);
+    assert_int_equal(merge_row_make(&row, &sensor, WIDTH, NULL, 0, NULL), STATUS_OK);
     merge_row(value, variance, &row, frames, times, FRAMES);
     merge_row_free(&row);
 }
@@ -136,40 +137,100 @@ static void test_the_flat_divides(void **state)
     enum { NARROW = 2 };
     const struct sensor sensor = chip_sensor();
     const float flat[3 * NARROW] = {1, 1, 1, 0.5f, 0.5f, 0.5f};
-    uint16_t one[3 * NARROW], *frame = one;
+    float one[3 * NARROW], *frame = one;
     float v[3 * NARROW], s[3 * NARROW];
     struct merge_row row = {0};
     for (int i = 0; i < 3 * NARROW; i++)
         one[i] = 1128;
-    assert_int_equal(merge_row_make(&row, &sensor, NARROW, NULL), STATUS_OK);
-    merge_row_scale(&row, &sensor, flat);
-    merge_row(v, s, &row, (const uint16_t *const[]){frame}, (const double[]){0.5}, 1);
+    assert_int_equal(merge_row_make(&row, &sensor, NARROW, NULL, 0, NULL), STATUS_OK);
+    merge_row_scale(&row, flat);
+    merge_row(v, s, &row, (const float *const[]){frame}, (const double[]){0.5}, 1);
     merge_row_free(&row);
     assert_near(v[0], 1000 / (chip.full_well / chip.gain) / 0.5, 1e-6);
     assert_near(v[3], 2 * (double)v[0], 1e-6);
     assert_near(s[3], 4 * (double)s[0], 1e-6 * (double)s[3]);
 }
 
+static void test_unequal_photosites_add_to_the_variance(void **state)
+{
+    (void)state;
+    struct sensor sensor = chip_sensor();
+    float v[2][3], s[2][3], bright[3] = {3128, 3128, 3128};
+    for (int k = 0; k < 2; k++) {
+        struct merge_row row = {0};
+        for (int c = 0; c < 3; c++)
+            sensor.relative[c] = 0.02 * k;
+        assert_int_equal(merge_row_make(&row, &sensor, 1, NULL, 0, NULL), STATUS_OK);
+        merge_row(v[k], s[k], &row, (const float *const[]){bright}, (const double[]){1}, 1);
+        merge_row_free(&row);
+    }
+    assert_near(v[0][0], v[1][0], 0);
+    // 2 % of the signal, in quadrature.
+    double more = pow(0.02 * (double)v[0][0], 2);
+    assert_near((double)s[1][0] - (double)s[0][0], more, 1e-5 * more);
+}
+
+/* A photosite that shows the same in every frame is stuck: its frames disagree. */
+static void test_frames_that_disagree_are_not_trusted(void **state)
+{
+    (void)state;
+    const struct sensor sensor = chip_sensor();
+    float frame[FRAMES][3], v[3], s[3];
+    const float *frames[FRAMES];
+    struct merge_row row = {0};
+    for (int f = 0; f < FRAMES; f++) {
+        frames[f] = frame[f];
+        frame[f][0] = 900;                                               // stuck
+        frame[f][1] = (float)(chip.black + 2000 * times[f] / times[4]);  // in proportion
+        frame[f][2] = frame[f][1];
+    }
+    frame[2][2] += 500;  // a cosmic ray: 6 times the signal, in one frame
+    assert_int_equal(merge_row_make(&row, &sensor, 1, NULL, 0, NULL), STATUS_OK);
+    merge_row(v, s, &row, frames, times, FRAMES);
+    merge_row_free(&row);
+    assert_true((double)s[0] > 100 * (double)s[1]);
+    assert_true((double)s[2] > 10 * (double)s[1]);
+}
+
+/* Photosites of a mosaic take the numbers of their own channel. */
+static void test_a_mosaic_row_alternates(void **state)
+{
+    (void)state;
+    struct sensor sensor = chip_sensor();
+    sensor.black[0] = 100;
+    sensor.black[1] = 200;
+    sensor.black[2] = 300;
+    static const double expected[2][4] = {{100, 200, 100, 200}, {200, 300, 200, 300}};
+    for (int y = 0; y < 2; y++) {
+        struct merge_row row = {0};
+        assert_int_equal(merge_row_make(&row, &sensor, 4, "RGGB", y, NULL), STATUS_OK);
+        assert_int_equal(row.count, 4);
+        for (int x = 0; x < 4; x++)
+            assert_near(row.black[x], expected[y][x], 0);
+        merge_row_free(&row);
+    }
+}
+
 static void test_srgb_codes(void **state)
 {
     (void)state;
-    uint16_t table[256];
-    response_table(table, RESPONSE_SRGB);
-    assert_int_equal(table[0], 0);
-    assert_int_equal(table[255], 65535);
+    struct curve curve;
+    response_known(&curve, RESPONSE_SRGB);
+    assert_near(curve.dn[0][0], 0, 0);
+    assert_near(curve.dn[2][255], 65535, 0.01);
     // IEC 61966-2-1: code 10 is on the straight piece, 10 / 255 / 12.92; 188 is half of white
     // (0.5029), 118 the photographer's grey (0.1812).
-    assert_near(table[10], 65535 * 10 / 255.0 / 12.92, 0.5);
-    assert_near(table[188] / 65535.0, 0.5029, 0.0001);
-    assert_near(table[118] / 65535.0, 0.1812, 0.0001);
-    response_table(table, RESPONSE_LINEAR);
+    assert_near(curve.dn[1][10], 65535 * 10 / 255.0 / 12.92, 0.01);
+    assert_near((double)curve.dn[0][188] / 65535, 0.5029, 0.0001);
+    assert_near((double)curve.dn[0][118] / 65535, 0.1812, 0.0001);
+    response_known(&curve, RESPONSE_LINEAR);
     for (int code = 0; code < 256; code++)
-        assert_int_equal(table[code], 257 * code);
+        assert_near(curve.dn[1][code], 257 * code, 0.01);
 }
 
 int main(void)
 {
-    struct CMUnitTest tests[RATES + 5];
+    struct CMUnitTest tests[RATES + 8];
     for (int i = 0; i < RATES; i++)
         tests[i] = (struct CMUnitTest){"error at the bound", test_error_is_at_the_bound, NULL, NULL,
                                        &rates[i]};
@@ -178,6 +239,9 @@ int main(void)
     more[1] = (struct CMUnitTest)cmocka_unit_test(test_darkness_is_zero_on_average);
     more[2] = (struct CMUnitTest)cmocka_unit_test(test_saturated_in_all_frames_is_marked);
     more[3] = (struct CMUnitTest)cmocka_unit_test(test_the_flat_divides);
+    more[5] = (struct CMUnitTest)cmocka_unit_test(test_unequal_photosites_add_to_the_variance);
+    more[6] = (struct CMUnitTest)cmocka_unit_test(test_frames_that_disagree_are_not_trusted);
+    more[7] = (struct CMUnitTest)cmocka_unit_test(test_a_mosaic_row_alternates);
     more[4] = (struct CMUnitTest)cmocka_unit_test(test_srgb_codes);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <jpeglib.h>
+#include <png.h>
 
 enum { WIDTH = 45, HEIGHT = 37, COUNT = WIDTH * HEIGHT * 3 };
 
@@ -29,6 +30,12 @@ static void fill_image(uint16_t *rgb, int bits)
         rgb[i] = (uint16_t)((i * 40503u) & (bits == 8 ? 0xFF : 0xFFFF));
 }
 
+static void assert_same(const float *dn, const uint16_t *expected, int count)
+{
+    for (int i = 0; i < count; i++)
+        assert_int_equal((int)dn[i], expected[i]);
+}
+
 static struct row {
     const char *name;
     struct tiff_form form;
@@ -49,7 +56,8 @@ enum { ROWS = sizeof rows / sizeof *rows };
 static void test_layout(void **state)
 {
     const struct row *r = *state;
-    static uint16_t rgb[COUNT], back[COUNT];
+    static uint16_t rgb[COUNT];
+    static float back[COUNT];
     struct photo_file *file = NULL;
     struct error err = {0};
     fill_image(rgb, r->form.bits);
@@ -63,7 +71,7 @@ static void test_layout(void **state)
     assert_near(file->info.focal_length, 50, 1e-6);
     assert_near(file->info.iso, 100, 0);
     assert_int_equal(photo_read(file, back, HEIGHT, &err), STATUS_OK);
-    assert_memory_equal(rgb, back, sizeof rgb);
+    assert_same(back, rgb, COUNT);
     photo_close(file);
 }
 
@@ -72,7 +80,8 @@ static void test_skipping_changes_nothing(void **state)
 {
     const struct row *r = *state;
     enum { TOP = 21, SOME = 9, LINE = 3 * WIDTH };
-    static uint16_t rgb[COUNT], back[SOME * LINE];
+    static uint16_t rgb[COUNT];
+    static float back[SOME * LINE];
     struct photo_file *file = NULL;
     fill_image(rgb, r->form.bits);
     write_tiff(path, rgb, WIDTH, HEIGHT, &r->form);
@@ -80,7 +89,7 @@ static void test_skipping_changes_nothing(void **state)
     assert_int_equal(photo_skip(file, 3, NULL), STATUS_OK);
     assert_int_equal(photo_skip(file, TOP - 3, NULL), STATUS_OK);
     assert_int_equal(photo_read(file, back, SOME, NULL), STATUS_OK);
-    assert_memory_equal(rgb + TOP * LINE, back, sizeof back);
+    assert_same(back, rgb + TOP * LINE, SOME * LINE);
     assert_int_equal(photo_skip(file, HEIGHT - TOP - SOME, NULL), STATUS_OK);
     photo_close(file);
 }
@@ -88,7 +97,7 @@ static void test_skipping_changes_nothing(void **state)
 /* Opens and reads; the first failure's status. */
 static enum status read_all(struct error *err)
 {
-    static uint16_t back[COUNT];
+    static float back[COUNT];
     struct photo_file *file = NULL;
     enum status status = photo_open(&file, path, err);
     if (!status)
@@ -136,7 +145,7 @@ static void write_jpeg(void)
 static void test_jpeg(void **state)
 {
     (void)state;
-    static uint16_t back[COUNT];
+    static float back[COUNT];
     struct photo_file *file = NULL;
     struct error err = {0};
     write_jpeg();
@@ -149,6 +158,122 @@ static void test_jpeg(void **state)
     for (int y = 0; y < HEIGHT - 5; y++)
         assert_near(back[y * 3 * WIDTH], 50 + 3 * (y + 5), 2);  // rounding of the DCT
     photo_close(file);
+}
+
+static void write_png(const uint16_t *rgb, int bits)
+{
+    FILE *file = fopen(path, "wb");
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, NULL, NULL);
+    png_infop info = png_create_info_struct(png);
+    assert_non_null(file);
+    assert_int_equal(setjmp(png_jmpbuf(png)), 0);
+    png_init_io(png, file);
+    png_set_IHDR(png, info, WIDTH, HEIGHT, bits, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    // Little-endian TIFF structure: IFD0 {EXIF IFD at 26}, EXIF IFD {exposure time 1/8 at 44}.
+    static unsigned char exif[] = {'I', 'I', 42,   0,    8, 0, 0, 0,                     //
+                                   1,   0,   0x69, 0x87, 4, 0, 1, 0, 0, 0, 26, 0, 0, 0,  //
+                                   0,   0,   0,    0,                                    //
+                                   1,   0,   0x9A, 0x82, 5, 0, 1, 0, 0, 0, 44, 0, 0, 0,  //
+                                   0,   0,   0,    0,                                    //
+                                   1,   0,   0,    0,    8, 0, 0, 0};
+    png_set_eXIf_1(png, info, sizeof exif, exif);
+    png_write_info(png, info);
+    for (int y = 0; y < HEIGHT; y++) {
+        unsigned char line[6 * WIDTH];
+        for (int i = 0; i < 3 * WIDTH; i++) {
+            uint16_t v = rgb[y * 3 * WIDTH + i];
+            if (bits == 8)
+                line[i] = (unsigned char)v;
+            else {
+                line[2 * i] = (unsigned char)(v >> 8);
+                line[2 * i + 1] = (unsigned char)v;
+            }
+        }
+        png_write_row(png, line);
+    }
+    png_write_end(png, NULL);
+    png_destroy_write_struct(&png, &info);
+    assert_int_equal(fclose(file), 0);
+}
+
+static void test_png(void **state)
+{
+    (void)state;
+    static uint16_t rgb[COUNT];
+    static float back[COUNT];
+    for (int bits = 8; bits <= 16; bits += 8) {
+        struct photo_file *file = NULL;
+        struct error err = {0};
+        fill_image(rgb, bits);
+        write_png(rgb, bits);
+        assert_int_equal(photo_open(&file, path, &err), STATUS_OK);
+        assert_int_equal(file->info.encoded, bits == 8);
+        assert_near(file->info.exposure_time, 0.125, 1e-9);
+        assert_int_equal(photo_skip(file, 3, &err), STATUS_OK);
+        assert_int_equal(photo_read(file, back, HEIGHT - 3, &err), STATUS_OK);
+        assert_same(back, rgb + 9 * WIDTH, COUNT - 9 * WIDTH);
+        photo_close(file);
+    }
+}
+
+/* Float files are in units of 1/65535; a radiance map is an EXR image like any other. */
+static void test_exr_image(void **state)
+{
+    (void)state;
+    static float value[COUNT], back[COUNT];
+    struct radiance map = {WIDTH, HEIGHT, value, value, 3, ""};
+    struct photo_file *file = NULL;
+    struct error err = {0};
+    for (int i = 0; i < COUNT; i++)
+        value[i] = (float)i / 1000;
+    value[5] = NAN;
+    assert_int_equal(cap_radiance_write(&map, path, &err), STATUS_OK);
+    assert_int_equal(photo_open(&file, path, &err), STATUS_OK);
+    assert_int_equal(file->info.bits, 32);
+    assert_int_equal(photo_read(file, back, HEIGHT, &err), STATUS_OK);
+    for (int i = 0; i < COUNT; i++)
+        if (i != 5)
+            assert_near(back[i], 65.535 * i, 1e-6 * 65.535 * i);
+    assert_true(isinf(back[5]));
+    photo_close(file);
+}
+
+/* A raw file stays a mosaic, with its levels and settings. */
+static void test_dng(void **state)
+{
+    (void)state;
+    enum { W = 64, H = 48 };
+    static uint16_t mosaic[W * H];
+    static float back[W * H];
+    char dng[sizeof path + 4];
+    struct photo_file *file = NULL;
+    struct error err = {0};
+    for (int i = 0; i < W * H; i++)
+        mosaic[i] = (uint16_t)(100 + i);
+    snprintf(dng, sizeof dng, "%s.dng", path);
+    write_dng(dng, mosaic, W, H, 0.125);
+    assert_int_equal(photo_open(&file, dng, &err), STATUS_OK);
+    assert_int_equal(file->info.width, W);
+    assert_int_equal(file->info.height, H);
+    assert_int_equal(file->info.channels, 1);
+    assert_string_equal(file->info.cfa, "RGGB");
+    assert_near(file->info.black, DNG_BLACK, 0);
+    assert_near(file->info.white, DNG_WHITE, 0);
+    assert_near(file->info.exposure_time, 0.125, 1e-7);
+    assert_near(file->info.aperture, 8, 1e-6);
+    assert_int_equal(photo_skip(file, 7, &err), STATUS_OK);
+    assert_int_equal(photo_read(file, back, H - 7, &err), STATUS_OK);
+    assert_same(back, mosaic + 7 * W, (H - 7) * W);
+    photo_close(file);
+    assert_int_equal(truncate(dng, 3000), 0);
+    enum status status = photo_open(&file, dng, &err);
+    if (!status) {
+        status = photo_read(file, back, H, &err);
+        photo_close(file);
+    }
+    assert_int_equal(status, STATUS_FORMAT);
+    remove(dng);
 }
 
 static long file_size(void)
@@ -217,7 +342,7 @@ static void test_what_is_no_photograph_is_refused(void **state)
     put_bytes("", 0);
     expect_refused(STATUS_FORMAT, "empty");
     put_bytes("just some text", 14);
-    expect_refused(STATUS_FORMAT, "neither a TIFF nor a JPEG");
+    expect_refused(STATUS_FORMAT, "no photograph that can be read");
     put_bytes("II*\0garbage and more", 20);
     expect_refused(STATUS_FORMAT, path);
     write_tiff(path, rgb, WIDTH, HEIGHT, &grey);
@@ -233,6 +358,9 @@ int main(void)
 {
     const struct CMUnitTest more[] = {
         cmocka_unit_test(test_jpeg),
+        cmocka_unit_test(test_png),
+        cmocka_unit_test(test_exr_image),
+        cmocka_unit_test(test_dng),
         cmocka_unit_test(test_truncation_is_an_error),
         cmocka_unit_test(test_damage_is_an_error),
         cmocka_unit_test(test_what_is_no_photograph_is_refused),

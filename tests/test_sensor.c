@@ -4,13 +4,14 @@
 
 enum { PHOTOSITES = 60000, FRAMES = 5 };
 
-static const struct sensor_known nothing = {NAN, NAN, NAN, NAN, false};
+static const struct sensor_known nothing = {{NAN, NAN, NAN}, NAN, NAN, NAN, NAN, false, false};
 
 /* A bracket of radiances spread evenly in the logarithm over four decades, a tenth black. */
 struct bracket {
     double time[FRAMES];
-    uint16_t *dn[FRAMES];
-    struct bracket_sample sample;
+    float *dn[3][FRAMES];
+    struct bracket_sample sample[3];
+    struct bracket_sample *channel[3];
 };
 
 static void expose(struct bracket *bracket, const struct chip *chip, int frames, double ratio,
@@ -20,24 +21,32 @@ static void expose(struct bracket *bracket, const struct chip *chip, int frames,
     uint64_t state = ++seed;
     for (int f = 0; f < frames; f++) {
         bracket->time[f] = pow(ratio, f) / 1024;
-        bracket->dn[f] = malloc(3 * PHOTOSITES * sizeof *bracket->dn[f]);
-        assert_non_null(bracket->dn[f]);
+        for (int c = 0; c < 3; c++) {
+            bracket->dn[c][f] = malloc(PHOTOSITES * sizeof *bracket->dn[c][f]);
+            assert_non_null(bracket->dn[c][f]);
+        }
     }
     for (int i = 0; i < 3 * PHOTOSITES; i++) {
         double rate = brightest * pow(10, -4 * random_uniform(&state));
         if (random_uniform(&state) < 0.1)
             rate = 0;
         for (int f = 0; f < frames; f++)
-            bracket->dn[f][i] = chip_expose(chip, rate * bracket->time[f], &state);
+            bracket->dn[i % 3][f][i / 3] = chip_expose(chip, rate * bracket->time[f], &state);
     }
-    bracket->sample = (struct bracket_sample){frames, bracket->time,
-                                              (const uint16_t *const *)bracket->dn, PHOTOSITES};
+    for (int c = 0; c < 3; c++) {
+        bracket->sample[c] = (struct bracket_sample){.frames = frames,
+                                                     .time = bracket->time,
+                                                     .dn = bracket->dn[c],
+                                                     .photosites = PHOTOSITES};
+        bracket->channel[c] = &bracket->sample[c];
+    }
 }
 
 static void release(struct bracket *bracket)
 {
-    for (int f = 0; f < bracket->sample.frames; f++)
-        free(bracket->dn[f]);
+    for (int f = 0; f < bracket->sample[0].frames; f++)
+        for (int c = 0; c < 3; c++)
+            free(bracket->dn[c][f]);
 }
 
 static struct row {
@@ -64,7 +73,7 @@ static void test_chip(void **state)
     struct sensor sensor;
     struct sensor_doubts doubts = {0};
     expose(&bracket, chip, FRAMES, r->ratio, r->brightest);
-    sensor_from_samples(&sensor, &bracket.sample, 1, &nothing, &doubts);
+    sensor_from_samples(&sensor, bracket.channel, 1, &nothing, &doubts);
     release(&bracket);
     double saturation = fmin(chip->black + chip->full_well / chip->gain, chip->top);
     double read = hypot(chip->read_noise / chip->gain, sqrt(1.0 / 12));
@@ -96,7 +105,7 @@ static void test_no_saturated_value_is_usable(void **state)
     struct sensor sensor;
     struct sensor_doubts doubts = {0};
     expose(&bracket, &chip, FRAMES, 4, 3e7);
-    sensor_from_samples(&sensor, &bracket.sample, 1, &nothing, &doubts);
+    sensor_from_samples(&sensor, bracket.channel, 1, &nothing, &doubts);
     release(&bracket);
     uint64_t state_of_noise = 99;
     int let_through = 0;
@@ -115,7 +124,7 @@ static void test_wrong_times_do_not_spoil_the_noise(void **state)
     expose(&bracket, &chip, FRAMES, 4, 3e7);
     for (int f = 0; f < FRAMES; f++)
         bracket.time[f] *= f % 2 ? 1.06 : 1;  // as 1/30 that is 1/32
-    sensor_from_samples(&sensor, &bracket.sample, 1, &nothing, &doubts);
+    sensor_from_samples(&sensor, bracket.channel, 1, &nothing, &doubts);
     release(&bracket);
     assert_near(sensor.gain[1], 12.6, 0.07 * 12.6);
     assert_near(sensor.black[1], 128, 0.05);
@@ -125,12 +134,12 @@ static void test_what_is_given_is_taken(void **state)
 {
     (void)state;
     const struct chip chip = {128, 12.6, 5, 48000, 4095};
-    const struct sensor_known known = {100, 3000, 7, 14, false};
+    const struct sensor_known known = {{100, 100, 100}, 3000, 7, 14, NAN, false, false};
     struct bracket bracket;
     struct sensor sensor;
     struct sensor_doubts doubts = {0};
     expose(&bracket, &chip, FRAMES, 4, 3e7);
-    sensor_from_samples(&sensor, &bracket.sample, 1, &known, &doubts);
+    sensor_from_samples(&sensor, bracket.channel, 1, &known, &doubts);
     release(&bracket);
     assert_near(sensor.black[2], 100, 0);
     assert_near(sensor.white[2], 3000, 0);
@@ -146,7 +155,7 @@ static void test_a_single_exposure_is_doubtful(void **state)
     struct sensor sensor;
     struct sensor_doubts doubts = {0};
     expose(&bracket, &chip, 1, 4, 3e6);
-    sensor_from_samples(&sensor, &bracket.sample, 1, &nothing, &doubts);
+    sensor_from_samples(&sensor, bracket.channel, 1, &nothing, &doubts);
     release(&bracket);
     assert_true(doubts.black && doubts.noise);
     assert_true(sensor.white[0] > sensor.black[0] && sensor.gain[0] > 0);

@@ -255,8 +255,11 @@ struct photo {
     int width, height;    // as stored: orientation tags are ignored
     int channels, bits;
     bool encoded;         // gamma encoded (JPEG): a response applies
+    char cfa[5];          // of a mosaic (channels 1): its 2 x 2 cell by rows, "RGGB"; else ""
+    double black, white;  // DN that a raw file states; NAN: it does not
     double exposure_time, aperture, iso, focal_length;  // s, f-number, ISO, mm
-    char make[64], model[64], taken[32];                // taken: "2026:11:22 10:00:00"
+    char make[64], model[64], lens[64], taken[32];      // taken: "2026:11:22 10:00:00"
+    int orientation;      // EXIF's 1..8, 0 unknown; told, never applied
     int light;            // index into lights, or -1
     int shot;             // index into shots, or -1: left out
     int missing;          // photographs right before it, by name, that cannot be read
@@ -313,11 +316,14 @@ void cap_capture_free(struct capture *capture);
 /* ---- radiance --------------------------------------------------------------------------- */
 
 /** A linear image with its noise. Owns value and variance; {0} is empty; cap_radiance_free().
- *  A photosite saturated in all frames holds its lower bound and variance +inf. */
+ *  A photosite saturated in all frames holds its lower bound and variance +inf; variance +inf also
+ *  marks what was not measured (a defective photosite, see below for mosaics). */
 struct radiance {
     int width, height;
-    float *value;     // [height][width][3], full scales per second
-    float *variance;  // [height][width][3], of value
+    float *value;     // [height][width][channels], full scales per second
+    float *variance;  // [height][width][channels], of value
+    int channels;     // 3; 1 only from cap_radiance_read_stored() of a mosaic
+    char cfa[5];      // of a mosaic: its 2 x 2 cell by rows, "RGGB"; else ""
 };
 
 /** Linearity and noise of the photographs of one camera, per channel, in DN of the file:
@@ -329,6 +335,7 @@ struct sensor {
     double usable[3];      // values from here up are not used: the pile's lower edge, 4 sigma
     double gain[3];        // electrons a DN
     double read_noise[3];  // DN, rounding included
+    double relative[3];    // of the signal: photosites' unequal response, or the curve's error
 };
 
 /** Find black, white, gain and noise of camera `camera` from its brackets, where capture.yaml
@@ -344,8 +351,14 @@ enum status cap_merge(const struct capture *capture, const char *out, struct sen
                       bool *usable, struct run *run, struct error *err);
 
 /** OUT/radiance/SHOT.exr: R, G, B and var.R, var.G, var.B, all float. On success the caller owns
- *  *map; on failure it is untouched. */
+ *  *map; on failure it is untouched. A mosaic (Y, var.Y and the attribute cfa) is spread over three
+ *  channels: the one that a photosite measured keeps value and variance, the others hold the mean
+ *  of their neighbours and variance +inf. */
 enum status cap_radiance_read(struct radiance *map, const char *path, struct error *err);
+/** The same, as the file holds it: a mosaic has channels 1. */
+enum status cap_radiance_read_stored(struct radiance *map, const char *path, struct error *err);
+/** The channel (0 R, 1 G, 2 B) that the photosite (x, y) of a mosaic measured; -1: all of them. */
+int cap_radiance_channel(const struct radiance *map, int x, int y);
 enum status cap_radiance_write(const struct radiance *map, const char *path, struct error *err);
 void cap_radiance_free(struct radiance *map);
 

@@ -1,0 +1,193 @@
+/* merge_shot.c -- one shot, from its photographs to its map, in bands of rows.
+ *
+ * Files whose strips can be decoded in any order are opened once a thread, and bands go round the
+ * threads; only the copying out is in order. Others are decoded frame beside frame, and the rows
+ * of the band are merged beside each other then. Memory is that of some bands, whatever the size of
+ * the image; the result does not depend on the number of threads.
+ */
+#include "merge_shot.h"
+#include "bracket.h"
+
+#include <omp.h>
+#include <stdlib.h>
+
+/* What a thread needs for a band. */
+struct worker {
+    struct bracket bracket;
+    struct merge_row row[2];  // of even and odd rows, which differ in a mosaic
+    float *value, *variance;  // [rows][count]
+    float *room;              // [rows][frames_room()]
+    unsigned char *packed;    // [rows] lines of the file
+};
+
+static enum status worker_open(struct worker *w, const struct job *job, const struct shot *shot,
+                               const struct exr_header *header, int *bad, struct error *err)
+{
+    const struct learned *learned = &job->learned[shot->camera];
+    const struct photo *photo = &job->capture->photo[shot->photo[0]];
+    struct bracket_choice choice = {job->capture, shot, job->left_out, job->seconds,
+                                    learned->encoded ? &learned->curve : NULL};
+    *w = (struct worker){0};
+    enum status status = bracket_open(&w->bracket, &choice, 0, bad, err);
+    for (int k = 0; k < 2 && !status; k++)
+        status = merge_row_make(&w->row[k], &learned->sensor, header->width, photo->cfa, k, err);
+    if (status)
+        return status;
+    size_t rows = (size_t)w->bracket.rows, values = rows * (size_t)w->row[0].count;
+    w->value = malloc(values * sizeof *w->value);
+    w->variance = malloc(values * sizeof *w->variance);
+    w->room = malloc(rows * frames_room(w->row[0].count));
+    w->packed = malloc(rows * exr_line_size(header));
+    if (!w->value || !w->variance || !w->room || !w->packed)
+        return cap_fail(err, STATUS_MEMORY, "%s: a band of rows", shot->name);
+    return STATUS_OK;
+}
+
+static void worker_close(struct worker *w)
+{
+    bracket_close(&w->bracket);
+    merge_row_free(&w->row[0]);
+    merge_row_free(&w->row[1]);
+    free(w->value);
+    free(w->variance);
+    free(w->room);
+    free(w->packed);
+}
+
+/* Row y of the image, the k-th of the band. */
+static void merge_line(const struct worker *w, const struct frames *frames,
+                       const struct exr_header *header, int y, int k)
+{
+    struct merge_row row = w->row[y % 2];
+    size_t count = (size_t)row.count, at = (size_t)k * count;
+    const float *dn[BRACKET_FRAMES_MAX];
+    for (int f = 0; f < w->bracket.frames; f++)
+        dn[f] = w->bracket.dn[f] + at;
+    frames_row(frames, &row, y, w->room + (size_t)k * frames_room(row.count) / sizeof *w->room);
+    merge_row(w->value + at, w->variance + at, &row, dn, w->bracket.time, w->bracket.frames);
+    exr_pack(w->packed + (size_t)k * exr_line_size(header), header, w->value + at,
+             w->variance + at);
+}
+
+static enum status merge_band(struct worker *w, const struct frames *frames,
+                              const struct exr_header *header, int top, int rows, int threads,
+                              int *bad, struct error *err)
+{
+    enum status status = bracket_seek(&w->bracket, top, bad, err);
+    if (!status)
+        status = bracket_read(&w->bracket, rows, bad, err);
+    if (status)
+        return status;
+#pragma omp parallel for schedule(static) num_threads(threads)
+    for (int k = 0; k < rows; k++)
+        merge_line(w, frames, header, top + k, k);
+    return STATUS_OK;
+}
+
+static enum status put_band(struct exr_writer *writer, const struct worker *w,
+                            const struct exr_header *header, int rows, struct error *err)
+{
+    enum status status = STATUS_OK;
+    for (int k = 0; k < rows && !status; k++)
+        status = exr_put(writer, w->packed + (size_t)k * exr_line_size(header), err);
+    return status;
+}
+
+/* The first failure of all threads. */
+struct failure {
+    enum status status;
+    struct error err;
+    int bad;
+};
+
+static void note_failure(struct failure *failure, enum status status, const struct error *err,
+                         int bad)
+{
+#pragma omp critical(merge_shot_failed)
+    if (!failure->status)
+        *failure = (struct failure){status, *err, bad};
+}
+
+static bool has_failed(const struct failure *failure)
+{
+    bool failed;
+#pragma omp critical(merge_shot_failed)
+    failed = failure->status != STATUS_OK;
+    return failed;
+}
+
+/* Bands go round the threads, each with its own files. */
+static void merge_round(struct failure *failure, struct exr_writer *writer, struct worker *first,
+                        const struct exr_header *header, const struct job *job,
+                        const struct shot *shot)
+{
+    int each = first->bracket.rows, bands = (header->height + each - 1) / each;
+    const struct frames *frames = &job->frames[shot->camera];
+#pragma omp parallel num_threads(job->threads)
+    {
+        struct worker own = {0}, *w = omp_get_thread_num() == 0 ? first : &own;
+        struct error err = {0};
+        int bad = -1;
+        enum status status = w == first ? STATUS_OK : worker_open(w, job, shot, header, &bad, &err);
+        if (status)
+            note_failure(failure, status, &err, bad);
+#pragma omp for ordered schedule(static, 1)
+        for (int k = 0; k < bands; k++) {
+            int top = k * each, rows = header->height - top < each ? header->height - top : each;
+            bool go = !has_failed(failure);
+            if (go && (status = merge_band(w, frames, header, top, rows, 1, &bad, &err)))
+                note_failure(failure, status, &err, bad);
+#pragma omp ordered
+            {
+                if (!has_failed(failure) && (status = put_band(writer, w, header, rows, &err)))
+                    note_failure(failure, status, &err, -1);
+            }
+        }
+        if (w == &own)
+            worker_close(&own);
+    }
+}
+
+/* Band after band. */
+static void merge_in_order(struct failure *failure, struct exr_writer *writer, struct worker *w,
+                           const struct exr_header *header, const struct job *job,
+                           const struct shot *shot)
+{
+    w->bracket.threads = job->threads;
+    for (int top = 0; top < header->height && !failure->status; top += w->bracket.rows) {
+        int left = header->height - top, rows = left < w->bracket.rows ? left : w->bracket.rows;
+        failure->status = merge_band(w, &job->frames[shot->camera], header, top, rows, job->threads,
+                                     &failure->bad, &failure->err);
+        if (!failure->status) {
+            failure->status = put_band(writer, w, header, rows, &failure->err);
+            failure->bad = -1;
+        }
+    }
+}
+
+enum status merge_shot_rows(const char *path, const struct exr_header *header,
+                            const struct job *job, const struct shot *shot, int *bad,
+                            struct error *err)
+{
+    struct failure failure = {.bad = -1};
+    struct worker first;
+    struct exr_writer *writer = NULL;
+    failure.status = worker_open(&first, job, shot, header, &failure.bad, &failure.err);
+    if (!failure.status) {
+        failure.bad = -1;
+        failure.status = exr_begin(&writer, path, header, &failure.err);
+    }
+    if (!failure.status && job->threads > 1 && first.bracket.any_row)
+        merge_round(&failure, writer, &first, header, job, shot);
+    else if (!failure.status)
+        merge_in_order(&failure, writer, &first, header, job, shot);
+    worker_close(&first);
+    struct error end = {0};
+    enum status ended = exr_end(writer, !failure.status, &end);
+    if (!failure.status && ended)
+        failure = (struct failure){ended, end, -1};
+    if (failure.status && err)
+        *err = failure.err;
+    *bad = failure.status ? failure.bad : -1;
+    return failure.status;
+}

@@ -1,0 +1,190 @@
+/* sample.c -- some rows of all shots of a camera.
+ *
+ * Each shot gives a few bands of rows: at least 16 bands in all, so that few shots show the whole
+ * scene too. Strips that lie elsewhere are not decoded. Bands begin at even rows, where the cell of
+ * a mosaic begins.
+ */
+#include "sample.h"
+#include "bracket.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { PIXELS = 600000, BANDS_MIN = 16, ROWS_MIN = 16 };
+
+/* What one shot gives: `bands` bands of `rows` rows. */
+struct plan {
+    int bands, rows;
+};
+
+static struct plan make_plan(int shots, int width, int height)
+{
+    struct plan plan = {.bands = (BANDS_MIN + shots - 1) / shots};
+    plan.rows = PIXELS / shots / plan.bands / width / 2 * 2;
+    plan.rows = plan.rows > ROWS_MIN ? plan.rows : ROWS_MIN;
+    if (plan.bands * plan.rows >= height)
+        plan = (struct plan){1, height};
+    return plan;
+}
+
+static void free_sample(struct bracket_sample *s)
+{
+    for (int f = 0; s->dn && f < s->frames; f++)
+        free(s->dn[f]);
+    free(s->dn);
+    free(s->time);
+    free(s->photo);
+    *s = (struct bracket_sample){0};
+}
+
+static bool make_sample(struct bracket_sample *s, const struct bracket *b, size_t room, int shot)
+{
+    size_t frames = (size_t)b->frames;
+    *s = (struct bracket_sample){.frames = b->frames, .shot = shot};
+    s->time = calloc(frames, sizeof *s->time);
+    s->photo = calloc(frames, sizeof *s->photo);
+    s->dn = calloc(frames, sizeof *s->dn);
+    bool ok = s->time && s->photo && s->dn;
+    for (int f = 0; ok && f < b->frames; f++) {
+        s->time[f] = b->time[f];
+        s->photo[f] = b->photo[f];
+        s->dn[f] = malloc(room * sizeof **s->dn);
+        ok = s->dn[f] != NULL;
+    }
+    return ok;
+}
+
+static int channel_of(const char *cfa, int x, int y)
+{
+    char letter = cfa[2 * (y % 2) + x % 2];
+    return letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
+}
+
+/* Sort the band's photosites into channels. */
+static void append_band(struct bracket_sample *const s[3], const struct bracket *b, int rows,
+                        const char *cfa)
+{
+    size_t pixels = (size_t)rows * (size_t)b->width, at[3] = {0};
+    for (int f = 0; f < b->frames; f++) {
+        for (int c = 0; c < 3; c++)
+            at[c] = s[c]->photosites;
+        if (b->channels == 3)
+            for (size_t i = 0; i < pixels; i++)
+                for (int c = 0; c < 3; c++)
+                    s[c]->dn[f][at[c] + i] = b->dn[f][3 * i + (size_t)c];
+        for (int y = 0; b->channels == 1 && y < rows; y++)
+            for (int x = 0; x < b->width; x++) {
+                int c = channel_of(cfa, x, y);
+                s[c]->dn[f][at[c]++] = b->dn[f][(size_t)y * b->width + x];
+            }
+    }
+    for (int c = 0; c < 3; c++)
+        s[c]->photosites = b->channels == 3 ? s[c]->photosites + pixels : at[c];
+}
+
+static enum status read_bands(struct bracket_sample *const s[3], struct bracket *b,
+                              const struct plan *plan, int index, const char *cfa, int *bad)
+{
+    // Multiples of the golden ratio, modulo 1, spread evenly for any number of shots.
+    double place = index * 0.6180339887498949;
+    enum status status = STATUS_OK;
+    for (int k = 0; k < plan->bands && !status; k++) {
+        double at = (k + place - floor(place)) / plan->bands;
+        int top = (int)(at * (b->height - plan->rows)) / 2 * 2;
+        status = bracket_seek(b, top, bad, NULL);
+        if (!status)
+            status = bracket_read(b, plan->rows, bad, NULL);
+        if (!status)
+            append_band(s, b, plan->rows, cfa);
+    }
+    return status;
+}
+
+/* Once, with the frames that are not to be skipped; on failure s[] are empty. */
+static enum status try_shot(struct bracket_sample *const s[3], const struct bracket_choice *choice,
+                            const struct plan *plan, int index, int *bad)
+{
+    struct bracket b = {0};
+    enum status status = bracket_open(&b, choice, plan->rows, bad, NULL);
+    size_t room = (size_t)plan->bands * (size_t)plan->rows * (size_t)b.width;
+    int shot = (int)(choice->shot - choice->capture->shot);
+    for (int c = 0; c < 3 && !status; c++)
+        if (!make_sample(s[c], &b, room, shot))
+            status = STATUS_MEMORY;
+    const char *cfa = choice->capture->photo[choice->shot->photo[0]].cfa;
+    if (!status)
+        status = read_bands(s, &b, plan, index, cfa, bad);
+    for (int c = 0; c < 3 && (status || b.frames == 0); c++)
+        free_sample(s[c]);
+    bracket_close(&b);
+    return status;
+}
+
+static void read_shot(struct bracket_sample *const s[3], const struct capture *capture,
+                      const struct shot *shot, const double *seconds, const struct plan *plan,
+                      int index)
+{
+    bool *skip = calloc((size_t)capture->photos, sizeof *skip);
+    struct bracket_choice choice = {capture, shot, skip, seconds, NULL};
+    for (bool again = skip != NULL; again;) {
+        int bad = -1;
+        again = try_shot(s, &choice, plan, index, &bad) != STATUS_OK && bad >= 0;
+        if (again)
+            skip[bad] = true;
+    }
+    free(skip);
+}
+
+enum status sample_read(struct sample_set *set, const struct capture *capture, int camera,
+                        const double *seconds, const struct run *run, struct error *err)
+{
+    struct sample_set made = {0};
+    int *shot = calloc((size_t)capture->shots, sizeof *shot), shots = 0;
+    bool ok = shot != NULL;
+    for (int c = 0; c < 3; c++)
+        ok = (made.channel[c] = calloc((size_t)capture->shots, sizeof *made.channel[c])) && ok;
+    for (int s = 0; ok && s < capture->shots; s++)
+        if (capture->shot[s].camera == camera)
+            shot[shots++] = s;
+    const struct camera_kind *kind = &capture->camera[camera];
+    if (ok && shots > 0) {
+        struct plan plan = make_plan(shots, kind->width, kind->height);
+#pragma omp parallel for schedule(dynamic) num_threads(run->threads)
+        for (int k = 0; k < shots; k++) {
+            struct bracket_sample *const s[3] = {&made.channel[0][k], &made.channel[1][k],
+                                                 &made.channel[2][k]};
+            read_shot(s, capture, &capture->shot[shot[k]], seconds, &plan, k);
+        }
+    }
+    for (int k = 0; ok && k < shots; k++) {  // those that could be read move to the front
+        if (made.channel[0][k].frames == 0)
+            continue;
+        for (int c = 0; c < 3 && made.samples < k; c++) {
+            made.channel[c][made.samples] = made.channel[c][k];
+            made.channel[c][k] = (struct bracket_sample){0};
+        }
+        made.samples++;
+    }
+    free(shot);
+    enum status status = STATUS_OK;
+    if (!ok)
+        status = cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+    else if (made.samples == 0)
+        status = cap_fail(err, STATUS_DATA, "%s: no shot can be read to find the sensor's levels",
+                          capture->folder);
+    if (status)
+        sample_free(&made);
+    else
+        *set = made;
+    return status;
+}
+
+void sample_free(struct sample_set *set)
+{
+    for (int c = 0; c < 3; c++) {
+        for (int k = 0; set->channel[c] && k < set->samples; k++)
+            free_sample(&set->channel[c][k]);
+        free(set->channel[c]);
+    }
+    *set = (struct sample_set){0};
+}

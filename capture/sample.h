@@ -1,0 +1,19 @@
+/* sample.h -- some rows of all shots of a camera, to learn from. */
+#ifndef GONIOCAM_SAMPLE_H
+#define GONIOCAM_SAMPLE_H
+
+#include "sensor.h"
+
+/** Bands of rows, sorted into channels: channel[c][samples]. Owns all; {0} is empty. */
+struct sample_set {
+    struct bracket_sample *channel[3];
+    int samples;  // one a shot that could be read
+};
+
+/** Read bands of the shots of a camera, spread over the height of the image, some 600000 pixels
+ *  in all; encoded photographs as codes. Damaged photographs are passed over: the merge tells about
+ *  them. STATUS_MEMORY; STATUS_DATA: no shot can be read. */
+enum status sample_read(struct sample_set *set, const struct capture *capture, int camera,
+                        const double *seconds, const struct run *run, struct error *err);
+void sample_free(struct sample_set *set);
+#endif
