@@ -201,11 +201,13 @@ static double median_seen(const struct survey *s, const struct calibration *c, i
 static double lamp_on_cell(const struct calibration *c, int lamp, const struct glow *cell)
 {
     const struct lamp *l = &c->lamp[lamp];
-    vec3 to = vec3_sub(l->position, cell->point);
-    double r = vec3_length(to), cosine = vec3_dot(to, cell->normal) / r;
-    if (l->on_camera || cosine <= 0 || cal_sample_between(&c->sample, cell->point, l->position, 0))
+    const pose world = {{0, 0, 0}, {0, 0, 0}};
+    double falloff;
+    double cosine = vec3_dot(cal_lamp_way(l, world, cell->point, &falloff), cell->normal);
+    if (l->on_camera || cosine <= 0
+        || cal_sample_between(&c->sample, cell->point, cal_lamp_position(l, world), 0))
         return 0;
-    return cosine / (r * r);
+    return cosine * falloff;
 }
 
 /** Cells that no view of a lamp shows: their albedo under other lamps times this lamp's light. */
@@ -305,8 +307,8 @@ static int by_double(const void *a, const void *b)
 static bool at_night(const struct facet *f, const struct calibration *c, vec3 *wo)
 {
     const struct view *view = &c->view[f->view];
-    vec3 at = cal_lamp_position(&c->lamp[view->light], view->view_from_world);
-    vec3 to_lamp = vec3_normalize(vec3_sub(at, f->point));
+    double unused;
+    vec3 to_lamp = cal_lamp_way(&c->lamp[view->light], view->view_from_world, f->point, &unused);
     *wo = vec3_normalize(vec3_sub(cal_eye(view->view_from_world), f->point));
     return vec3_dot(to_lamp, f->normal) < -NIGHT && vec3_dot(*wo, f->normal) > 2 * NIGHT;
 }
@@ -356,12 +358,13 @@ enum status cal_board_light_strength(struct calibration *c, const struct facets 
 
 /* ---- light between board and sample ---------------------------------------------------------- */
 
-void cal_bounce(const struct calibration *c, int view, vec3 point, vec3 normal, vec3 wo,
-                double radiance[3])
+void cal_bounce_parts(const struct calibration *c, int view, vec3 point, vec3 normal, vec3 wo,
+                      double matte[3], double gloss[3])
 {
-    memset(radiance, 0, sizeof(double[3]));
+    memset(matte, 0, sizeof(double[3]));
+    memset(gloss, 0, sizeof(double[3]));
     const struct surroundings *s = &c->surroundings;
-    if (s->count == 0 || !s->has_lobe)
+    if (s->count == 0 || !s->has_lobe || s->strength == 0)
         return;
     const struct glow *glow = s->glow + (size_t)c->view[view].light * (size_t)s->count;
     double cos_o = vec3_dot(wo, normal), power = c->view[view].power * s->strength;
@@ -374,9 +377,21 @@ void cal_bounce(const struct calibration *c, int view, vec3 point, vec3 normal, 
         vec3 wi = vec3_scale(to, 1 / sqrt(r2)), h = vec3_normalize(vec3_add(wi, wo));
         cal_lobe_lookup(&s->lobe, up / sqrt(r2), cos_o, vec3_dot(h, normal), vec3_dot(wi, h), f);
         double form = up * down * glow[i].side * glow[i].side / (r2 * r2) * power;
-        for (int k = 0; k < 3; k++)
-            radiance[k] += f[k] * glow[i].radiance[k] * form;
+        for (int k = 0; k < 3; k++) {
+            double light = glow[i].radiance[k] * form;
+            matte[k] += s->lobe.diffuse[k] * light;
+            gloss[k] += (f[k] - s->lobe.diffuse[k]) * light;
+        }
     }
+}
+
+void cal_bounce(const struct calibration *c, int view, vec3 point, vec3 normal, vec3 wo,
+                double radiance[3])
+{
+    double gloss[3];
+    cal_bounce_parts(c, view, point, normal, wo, radiance, gloss);
+    for (int k = 0; k < 3; k++)
+        radiance[k] += gloss[k];
 }
 
 void cal_sample_light(const struct calibration *c, int view, vec3 point, vec3 normal,
@@ -387,7 +402,7 @@ void cal_sample_light(const struct calibration *c, int view, vec3 point, vec3 no
     if (!c->surroundings.has_lobe || s->shape != SHAPE_SPHERE)
         return;
     const struct lamp *lamp = &c->lamp[c->view[view].light];
-    vec3 at = cal_lamp_position(lamp, c->view[view].view_from_world);
+    const pose place = c->view[view].view_from_world;
     double area = 4 * CAP_PI * s->radius * s->radius / SAMPLE_POINTS;
     double power = c->view[view].power * c->surroundings.strength;
     for (int i = 0; i < SAMPLE_POINTS; i++) {  // a Fibonacci spiral: equal areas
@@ -395,16 +410,17 @@ void cal_sample_light(const struct calibration *c, int view, vec3 point, vec3 no
         double flat = sqrt(1 - z * z);
         vec3 n = {flat * cos(turn), flat * sin(turn), z};
         vec3 p = vec3_add(s->center, vec3_scale(n, s->radius));
-        vec3 to = vec3_sub(point, p), to_lamp = vec3_sub(at, p);
-        double out = vec3_dot(to, n), in = vec3_dot(to_lamp, n), down = -vec3_dot(to, normal);
+        double falloff;
+        vec3 to = vec3_sub(point, p), wi = cal_lamp_way(lamp, place, p, &falloff);
+        double out = vec3_dot(to, n), in = vec3_dot(wi, n), down = -vec3_dot(to, normal);
         if (out <= 0 || in <= 0 || down <= 0)
             continue;
-        double r2 = vec3_dot(to, to), l2 = vec3_dot(to_lamp, to_lamp), f[3];
-        vec3 wi = vec3_scale(to_lamp, 1 / sqrt(l2)), wo = vec3_scale(to, 1 / sqrt(r2));
+        double r2 = vec3_dot(to, to), f[3];
+        vec3 wo = vec3_scale(to, 1 / sqrt(r2));
         vec3 h = vec3_normalize(vec3_add(wi, wo));
-        cal_lobe_lookup(&c->surroundings.lobe, in / sqrt(l2), out / sqrt(r2), vec3_dot(h, n),
-                        vec3_dot(wi, h), f);
-        double form = in / (l2 * sqrt(l2)) * out * down * area / (r2 * r2) * power;
+        cal_lobe_lookup(&c->surroundings.lobe, in, out / sqrt(r2), vec3_dot(h, n), vec3_dot(wi, h),
+                        f);
+        double form = in * falloff * out * down * area / (r2 * r2) * power;
         for (int k = 0; k < 3; k++)
             radiance[k] += f[k] * lamp->intensity[k] * form / CAP_PI;
     }

@@ -21,6 +21,10 @@ enum status cal_board_light(struct calibration *calibration, const struct captur
 enum status cal_board_light_strength(struct calibration *calibration, const struct facets *sample,
                                      struct run *run, struct error *err);
 
+/** cal_bounce by the matte and the glossy part of the sample's reflectance. */
+void cal_bounce_parts(const struct calibration *calibration, int view, vec3 point, vec3 normal,
+                      vec3 wo, double matte[3], double gloss[3]);
+
 /** Radiance that the sample, lit by a view's lamp, adds to a matte surface of reflectance 1 at a
  *  point with a normal: [3], to be multiplied by the surface's albedo. */
 void cal_sample_light(const struct calibration *calibration, int view, vec3 point, vec3 normal,

@@ -10,7 +10,9 @@
 
 // A few thousand facets tell all there is to tell; more views need fewer of each.
 enum { BOUNCE_ROUNDS = 3 };
-static const double EXTRA_MAX = 0.5, EXTRA_SIGMA = 0.1;
+// Where the board is mirrored in the sample, cells and lobe are too coarse to say by how much: such
+// facets count for little, and there are others.
+static const double EXTRA_MAX = 0.5, MATTE_SIGMA = 0.1, GLOSS_SIGMA = 5;
 static const double SETTLED = 0.3;  // sigmas that a lamp may still move
 enum { SAMPLE_FACETS = 9000, VIEW_FACETS_MAX = 600, VIEW_FACETS_MIN = 60 };
 
@@ -134,33 +136,50 @@ static enum status name_lamps(struct calibration *c, const struct capture *captu
     return STATUS_OK;
 }
 
-/** Take from a facet what does not come from the lamp itself; what is left is less sure by a
- *  tenth of that. A facet that owes most of its radiance to others says nothing (sigma huge). */
+/** What comes to a facet by way of others: radiance for albedo 1 of board and patch, and how sure
+ *  it is. */
+static void extra_light(const struct facet *f, const struct calibration *c,
+                        const struct capture *capture, double extra[3], double sigma[3])
+{
+    vec3 eye = cal_eye(c->view[f->view].view_from_world);
+    if (f->material == MATERIAL_SAMPLE) {
+        double gloss[3];
+        cal_bounce_parts(c, f->view, f->point, f->normal, vec3_normalize(vec3_sub(eye, f->point)),
+                         extra, gloss);
+        for (int k = 0; k < 3; k++) {
+            sigma[k] = hypot(MATTE_SIGMA * extra[k], GLOSS_SIGMA * gloss[k]);
+            extra[k] += gloss[k];
+        }
+        return;
+    }
+    cal_sample_light(c, f->view, f->point, f->normal, extra);
+    for (int k = 0; k < 3; k++) {
+        extra[k] *= f->material == MATERIAL_PAPER
+                        ? c->surroundings.paper[k]
+                        : capture->patch[f->material - MATERIAL_PATCH].albedo;
+        sigma[k] = MATTE_SIGMA * extra[k];
+    }
+}
+
+/** Take from a facet what does not come from the lamp itself. A facet that owes most of its
+ *  radiance to others says nothing (sigma huge). */
 static void correct_facet(struct facet *f, const struct calibration *c,
                           const struct capture *capture)
 {
     const struct view *view = &c->view[f->view];
-    vec3 eye = cal_eye(view->view_from_world);
     vec3 at = cal_lamp_position(&c->lamp[view->light], view->view_from_world);
-    double extra[3];
     if (!f->bright || vec3_dot(vec3_sub(at, f->point), f->normal) <= 0)
         return;  // not lit: no use
-    if (f->material == MATERIAL_SAMPLE)
-        cal_bounce(c, f->view, f->point, f->normal, vec3_normalize(vec3_sub(eye, f->point)), extra);
-    else
-        cal_sample_light(c, f->view, f->point, f->normal, extra);
+    double extra[3], sigma[3];
+    extra_light(f, c, capture, extra, sigma);
     for (int k = 0; k < 3; k++) {
-        double albedo = f->material == MATERIAL_SAMPLE ? 1
-                        : f->material == MATERIAL_PAPER
-                            ? c->surroundings.paper[k]
-                            : capture->patch[f->material - MATERIAL_PATCH].albedo;
-        double part = extra[k] * albedo / exp(f->log_seen[k]);
+        double seen = exp(f->log_seen[k]), part = extra[k] / seen;
         if (part > EXTRA_MAX) {
             f->sigma[k] = 1e3;
             continue;
         }
         f->log_value[k] = f->log_seen[k] + log1p(-part);
-        f->sigma[k] = hypot(f->sigma_seen[k], EXTRA_SIGMA * part / (1 - part));
+        f->sigma[k] = hypot(f->sigma_seen[k], sigma[k] / seen / (1 - part));
     }
 }
 
