@@ -1,0 +1,13 @@
+/* fuzz_calibration.c -- any bytes as a calibration.yaml. */
+#include "file.h"
+#include "calib.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    const char *name = fuzz_file(data, size, "yaml");
+    struct calibration made = {0};
+    cal_calibration_read(&made, name, NULL);
+    cal_calibration_free(&made);
+    unlink(name);
+    return 0;
+}

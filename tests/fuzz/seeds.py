@@ -1,0 +1,62 @@
+#!/usr/bin/python3
+"""Seeds for the fuzz targets: small files of every kind, from a capture of a few pixels.
+
+    tests/fuzz/seeds.py GONIOCAM FOLDER
+"""
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+
+SCENE = """goniocam_scene: 1
+name: seed
+camera: {size: [48, 32], focal_length: 50, sensor_width: 25}
+exposures: [0.01, 0.04]
+lights: [{name: lamp, azimuth_deg: 270, elevation_deg: 40, distance: 600, intensity: 1.0e+5}]
+sample: {shape: sphere, radius: 25, center: [0, 0, 45], material: {model: lambert, albedo: [0.3, 0.3, 0.3]}}
+board: {size: [250, 190], margin: 6, tags: {ring: {columns: 3, rows: 2, size: 40, pitch: 60}}}
+patch: {center: [56, 2], size: 32}
+shots:
+- look: {eye: [330, -390, 420], target: [0, 0, 20]}
+"""
+CALIBRATION = """cameras:
+- {name: c, width: 48, height: 32, focal: [100, 100], center: [24, 16], distortion: [0, 0, 0, 0, 0], rms_px: 0.1}
+lights:
+- {name: l, frame: world, position: [0, -500, 300], intensity: [1, 1, 1]}
+shots:
+- {name: s, camera: c, light: l, rotation: [2, 0, 0], translation: [0, 0, 600], power: 1, rms_px: 0.1,
+   tags: [{id: 0, corners: [[1, 2], [3, 2], [3, 0], [1, 0]]}]}
+sample: {shape: sphere, center: [0, 0, 45], radius: 25}
+"""
+
+
+def main():
+    goniocam, folder = sys.argv[1:3]
+    place = {n: os.path.join(folder, n) for n in ("photo", "capture_yaml", "exr", "merl", "calibration")}
+    for p in place.values():
+        os.makedirs(p, exist_ok=True)
+    with tempfile.TemporaryDirectory() as work:
+        scene, capture = os.path.join(work, "scene.yaml"), os.path.join(work, "capture")
+        open(scene, "w").write(SCENE)
+        subprocess.check_call([goniocam, "render", scene, "-o", capture, "--quiet"], stdout=subprocess.DEVNULL)
+        for name in os.listdir(capture):
+            if name.endswith(".tif"):
+                shutil.copy(os.path.join(capture, name), place["photo"])
+        shutil.copy(os.path.join(capture, "capture.yaml"), place["capture_yaml"])
+        subprocess.check_call([goniocam, "merge", capture, "-o", work, "--quiet"], stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL)
+        for name in os.listdir(os.path.join(work, "radiance")):
+            shutil.copy(os.path.join(work, "radiance", name), place["exr"])
+    import cv2
+    import numpy as np
+    image = np.arange(48 * 32 * 3, dtype=np.uint8).reshape(32, 48, 3)
+    cv2.imwrite(os.path.join(place["photo"], "a.jpg"), image)
+    cv2.imwrite(os.path.join(place["photo"], "a.png"), image)
+    open(os.path.join(place["calibration"], "a.yaml"), "w").write(CALIBRATION)
+    open(os.path.join(place["merl"], "a.binary"), "wb").write(struct.pack("<3i", 90, 90, 180) + bytes(800))
+
+
+if __name__ == "__main__":
+    main()
