@@ -33,7 +33,13 @@
 
 #if defined __x86_64__ && !defined __SANITIZE_ADDRESS__
 // The sanitizer's runtime is not there yet when the loader chooses a clone.
-#define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
+#if defined(__x86_64__) && !defined(__clang__)
+#define WIDE        __attribute__((target_clones("avx512f", "avx2", "default")))
+#define INDEPENDENT _Pragma("GCC ivdep")
+#else  // clang 14 knows neither
+#define WIDE
+#define INDEPENDENT
+#endif
 #else
 #define WIDE
 #endif
@@ -108,8 +114,8 @@ static inline __attribute__((always_inline)) void choose_frame(struct sums *rest
     const float *restrict black = row->black + from, *restrict usable = row->usable + from;
     const float *restrict safe = row->safe + from;
     float *restrict sum = s->sum, *restrict seconds = s->seconds, *restrict used = s->used;
-#pragma GCC ivdep
-    for (int i = 0; i < count; i++) {
+    INDEPENDENT for (int i = 0; i < count; i++)
+    {
         // Infinite values must not reach the sums: 0 times infinity is none.
         float serves = v[i] < usable[i] ? 1.0f : 0.0f;
         float d = (v[i] < usable[i] ? v[i] : usable[i]) - black[i];
@@ -131,8 +137,8 @@ static inline __attribute__((always_inline)) void weigh_frame(struct sums *restr
     const float *restrict x = s->x, *restrict used = s->used;
     float *restrict numerator = s->numerator, *restrict denominator = s->denominator;
     float *restrict square = s->square;
-#pragma GCC ivdep
-    for (int i = 0; i < count; i++) {
+    INDEPENDENT for (int i = 0; i < count; i++)
+    {
         float serves = used[i] > number ? 1.0f : 0.0f;
         float d = (v[i] < usable[i] ? v[i] : usable[i]) - black[i];
         float signal = 0.5f * (x[i] + fabsf(x[i])) * t;
