@@ -143,19 +143,47 @@ static enum status read_photos(struct capture *capture, struct run *run, struct 
                                capture->folder, count);
 }
 
-static void apply_overrides(struct capture *capture, const struct capture_yaml *yaml)
+/* Seconds of "0.033" or "1/30"; 0: neither. */
+static double read_time(const char *text)
+{
+    char *end;
+    double value = strtod(text, &end);
+    if (end == text)
+        return 0;
+    if (*end == '/') {
+        const char *below = end + 1;
+        value /= strtod(below, &end);
+        if (end == below)
+            return 0;
+    }
+    return *end == '\0' && isfinite(value) && value > 0 ? value : 0;
+}
+
+static void override_photo(struct photo *photo, const struct yaml_override *o, double seconds)
+{
+    photo->exposure_time = seconds > 0 ? seconds : photo->exposure_time;
+    photo->aperture = o->aperture > 0 ? o->aperture : photo->aperture;
+    photo->iso = o->iso > 0 ? o->iso : photo->iso;
+    photo->focal_length = o->focal_length > 0 ? o->focal_length : photo->focal_length;
+}
+
+static enum status apply_overrides(struct capture *capture, const struct capture_yaml *yaml,
+                                   struct error *err)
 {
     for (unsigned k = 0; k < yaml->root->overrides; k++) {
         const struct yaml_override *o = &yaml->root->override[k];
-        for (int i = 0; i < capture->photos; i++) {
-            struct photo *photo = &capture->photo[i];
-            if (!capture_yaml_matches(o->photo, o->photos, photo->name))
-                continue;
-            photo->exposure_time = o->exposure_time > 0 ? o->exposure_time : photo->exposure_time;
-            photo->aperture = o->aperture > 0 ? o->aperture : photo->aperture;
-            photo->iso = o->iso > 0 ? o->iso : photo->iso;
-        }
+        double seconds = o->exposure_time ? read_time(o->exposure_time) : 0;
+        char path[64];
+        snprintf(path, sizeof path, "overrides[%u].exposure_time", k);
+        if (o->exposure_time && seconds <= 0)
+            return yaml_source_fail(&yaml->source, err, path,
+                                    "'%s' is no time in seconds, like 0.033 or 1/30",
+                                    o->exposure_time);
+        for (int i = 0; i < capture->photos; i++)
+            if (capture_yaml_matches(o->photo, o->photos, capture->photo[i].name))
+                override_photo(&capture->photo[i], o, seconds);
     }
+    return STATUS_OK;
 }
 
 static enum status assign_lights(struct capture *capture, const struct capture_yaml *yaml,
@@ -192,10 +220,14 @@ static enum status fill(struct capture *capture, const struct capture_yaml *yaml
     if (!status)
         status = read_photos(capture, run, err);
     if (!status)
-        apply_overrides(capture, yaml);
+        status = apply_overrides(capture, yaml, err);
     if (!status)
         status = assign_lights(capture, yaml, err);
-    return status ? status : shots_group(capture, yaml, err);
+    if (!status)
+        status = shots_group(capture, yaml, err);
+    if (!status)
+        shots_warn(capture, run);
+    return status;
 }
 
 enum status cap_capture_read(struct capture *capture, const char *folder, struct run *run,

@@ -75,8 +75,10 @@ static const cyaml_schema_value_t shot = {
 
 static const cyaml_schema_field_t override_fields[] = {
     LIST("photos", NEED, yaml_override, photo, photos, &text),
-    NUMBER("exposure_time", MAY, yaml_override, exposure_time),
-    NUMBER("aperture", MAY, yaml_override, aperture), NUMBER("iso", MAY, yaml_override, iso),
+    TEXT("exposure_time", MAY, yaml_override, exposure_time),
+    NUMBER("aperture", MAY, yaml_override, aperture),
+    NUMBER("iso", MAY, yaml_override, iso),
+    NUMBER("focal_length", MAY, yaml_override, focal_length),
     CYAML_FIELD_END};
 static const cyaml_schema_value_t override = {
     CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct yaml_override, override_fields)};
@@ -110,11 +112,11 @@ static const struct yaml_rules rules = {
     .lists =
         (const char *const[]){"reference", "photos.pattern", "lights[].photos", "shots[].photos",
                               "overrides[].photos", "dark", "flat", "ambient", NULL},
-    .texts =
-        (const char *const[]){"board.family", "sample.shape", "sample.file", "photos.pattern",
-                              "lights[].name", "lights[].photos", "lights[].frame", "shots[].name",
-                              "shots[].photos", "overrides[].photos", "response", "dark", "flat",
-                              "ambient", "occluders[].shape", "occluders[].file", NULL},
+    .texts = (const char *const[]){"board.family", "sample.shape", "sample.file", "photos.pattern",
+                                   "lights[].name", "lights[].photos", "lights[].frame",
+                                   "shots[].name", "shots[].photos", "overrides[].photos",
+                                   "overrides[].exposure_time", "response", "dark", "flat",
+                                   "ambient", "occluders[].shape", "occluders[].file", NULL},
     .whole = (const char *const[]){"goniocam", "board.tags[].id", NULL},
 };
 

@@ -39,7 +39,8 @@ struct yaml_shot {
 struct yaml_override {
     char **photo;
     unsigned photos;
-    double exposure_time, aperture, iso;
+    char *exposure_time;  // "0.033" or "1/30"
+    double aperture, iso, focal_length;
 };
 struct yaml_noise {
     double black, white, gain, read_noise;

@@ -5,6 +5,7 @@
 
 static const struct option merge_options[] = {
     {"output", "OUT", "write OUT/radiance/SHOT.exr", 'o'},
+    {"dry-run", NULL, "print which photographs become which shot, and why; merge nothing", 0},
     {0},
 };
 
@@ -25,32 +26,71 @@ static void print_result(const struct capture *capture, const bool *usable, cons
         printf("%d photographs, %d radiance maps in %s/radiance\n", capture->photos, maps, out);
 }
 
+/* The table of --dry-run: a line a shot. */
+static void print_shots(const struct capture *capture)
+{
+    printf("%-24s %-8s %-10s %6s %8s %6s  %-32s %s\n", "shot", "camera", "lamp", "ISO", "aperture",
+           "photos", "seconds", "begins because of");
+    for (int k = 0; k < capture->shots; k++) {
+        const struct shot *shot = &capture->shot[k];
+        const struct photo *first = &capture->photo[shot->photo[0]];
+        char times[200] = "";
+        size_t length = 0;
+        for (int i = 0; i < shot->photos && length < sizeof times - 16; i++)
+            length += (size_t)snprintf(times + length, sizeof times - length, "%s%.4g",
+                                       i ? " " : "", capture->photo[shot->photo[i]].exposure_time);
+        printf("%-24s %-8s %-10s %6.0f %8.1f %6d  %-32s %s\n", shot->name,
+               capture->camera[shot->camera].name,
+               shot->light >= 0 ? capture->light[shot->light].name : "-", first->iso,
+               first->aperture, shot->photos, times, shot->why);
+    }
+}
+
+static enum status merge_all(const struct capture *capture, const char *out, bool json,
+                             struct run *run, struct error *err)
+{
+    bool *usable = calloc((size_t)capture->shots, sizeof *usable);
+    enum status status = usable ? cap_merge(capture, out, NULL, usable, run, err)
+                                : cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+    if (!status)
+        print_result(capture, usable, run, out, json);
+    free(usable);
+    return status;
+}
+
 static int run_merge(const struct arguments *args)
 {
     const char *out = cap_option(args, "output");
+    bool dry = cap_option(args, "dry-run") != NULL;
     int threads;
-    if (args->count != 1 || !out || !*out || !cap_option_int(args, "threads", 1, 1024, 0, &threads))
+    if (args->count != 1 || (!dry && (!out || !*out))
+        || !cap_option_int(args, "threads", 1, 1024, 0, &threads))
         return 2;
     struct run run;
     struct capture capture = {0};
     struct error err = {0};
     cap_run_begin(&run, threads, cap_option(args, "quiet"));
-    bool *usable = NULL;
     enum status status = cap_capture_read(&capture, args->positional[0], &run, &err);
-    if (!status && !(usable = calloc((size_t)capture.shots, sizeof *usable)))
-        status = cap_fail(&err, STATUS_MEMORY, "%s", capture.folder);
-    if (!status)
-        status = cap_merge(&capture, out, NULL, usable, &run, &err);
-    if (!status)
-        print_result(&capture, usable, &run, out, cap_option(args, "json"));
-    free(usable);
+    if (!status && dry)
+        print_shots(&capture);
+    else if (!status)
+        status = merge_all(&capture, out, cap_option(args, "json"), &run, &err);
     cap_capture_free(&capture);
     cap_run_end(&run);
     return cap_exit(status, &err);
 }
 
+static int run_info(const struct arguments *args)
+{
+    struct error err = {0};
+    if (args->count != 1)
+        return 2;
+    return cap_exit(cap_info(args->positional[0], cap_option(args, "json"), stdout, &err), &err);
+}
+
 const struct command cap_commands[] = {
     {"merge", "CAPTURE -o OUT", "merge exposure brackets into radiance maps", merge_options,
      run_merge},
+    {"info", "FILE", "what a photograph or a radiance map says of itself", NULL, run_info},
     {0},
 };

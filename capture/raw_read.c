@@ -1,9 +1,9 @@
 /* raw_read.c -- raw files through LibRaw, as the sensor wrote them: never demosaicked.
  *
- * Every photosite is one measurement of one channel; `cfa` says of which. The visible area is
- * taken, its first pixel is (0, 0), and the camera's orientation is not applied: pixel coordinates
- * stay those of the sensor. A black level that differs over the 2 x 2 cell is evened out here, so
- * that one level holds for all photosites.
+ * Every photosite is one measurement of one channel; `cfa` says of which. The whole of what the
+ * sensor wrote is taken, its masked border too, and the camera's orientation is not applied: pixel
+ * coordinates stay those of the file, whatever crop a program prefers. A black level that differs
+ * over the 2 x 2 cell is evened out here, so that one level holds for all photosites.
  */
 #include "photo.h"
 
@@ -49,8 +49,7 @@ static enum status read_rows(struct photo_file *base, float *dn, int rows, struc
     const libraw_image_sizes_t *size = &file->raw->sizes;
     size_t pitch = size->raw_pitch / sizeof(uint16_t), width = (size_t)base->info.width;
     for (int y = 0; y < rows; y++) {
-        size_t row = (size_t)(base->row + y + size->top_margin);
-        const uint16_t *from = file->raw->rawdata.raw_image + row * pitch + size->left_margin;
+        const uint16_t *from = file->raw->rawdata.raw_image + (size_t)(base->row + y) * pitch;
         const float *extra = file->extra_black + 2 * ((base->row + y) % 2);
         for (size_t x = 0; x < width; x++)
             dn[(size_t)y * width + x] = (float)from[x] - extra[x % 2];
@@ -66,7 +65,14 @@ static void close_file(struct photo_file *base)
     free(file);
 }
 
-/* The letters of the 2 x 2 cell at the first visible pixel; false: it is no such mosaic. */
+/* LibRaw counts the cell's places from the first visible pixel. */
+static int color_at(libraw_data_t *raw, int k)
+{
+    int top = raw->sizes.top_margin % 2, left = raw->sizes.left_margin % 2;
+    return libraw_COLOR(raw, (k / 2 + top) % 2, (k % 2 + left) % 2);
+}
+
+/* The letters of the 2 x 2 cell at the first pixel; false: it is no such mosaic. */
 static bool read_cell(struct raw_file *file)
 {
     libraw_data_t *raw = file->raw;
@@ -74,12 +80,8 @@ static bool read_cell(struct raw_file *file)
     if (raw->idata.filters == foveon || raw->idata.filters == xtrans)
         return false;
     for (int k = 0; k < 4; k++) {
-        char letter = raw->idata.cdesc[libraw_COLOR(raw, k / 2, k % 2)];
+        char letter = raw->idata.cdesc[color_at(raw, k)];
         if (!strchr("RGB", letter))
-            return false;
-        // A mosaic of more rows repeats later than after 2.
-        if (libraw_COLOR(raw, k / 2 + 2, k % 2) != libraw_COLOR(raw, k / 2, k % 2)
-            && raw->idata.cdesc[libraw_COLOR(raw, k / 2 + 2, k % 2)] != letter)
             return false;
         file->base.info.cfa[k] = letter;
     }
@@ -89,12 +91,15 @@ static bool read_cell(struct raw_file *file)
 static void read_levels(struct raw_file *file)
 {
     const libraw_colordata_t *color = &file->raw->color;
+    unsigned top = file->raw->sizes.top_margin, left = file->raw->sizes.left_margin;
     double level[4], lowest = INFINITY;
-    for (int k = 0; k < 4; k++) {
+    for (unsigned k = 0; k < 4; k++) {
         unsigned rows = color->cblack[4], columns = color->cblack[5];
-        level[k] = color->black + color->cblack[libraw_COLOR(file->raw, k / 2, k % 2)];
+        level[k] = color->black + color->cblack[color_at(file->raw, (int)k)];
         if (rows > 0 && columns > 0)
-            level[k] += color->cblack[6 + k / 2 % rows * columns + k % 2 % columns];
+            level[k] +=
+                color
+                    ->cblack[6 + (k / 2 + top) % 2 % rows * columns + (k % 2 + left) % 2 % columns];
         lowest = fmin(lowest, level[k]);
     }
     for (int k = 0; k < 4; k++)
@@ -132,11 +137,14 @@ static enum status begin(struct raw_file *file, struct error *err)
         return cap_fail(err, STATUS_FORMAT,
                         "%s: not a Bayer mosaic of R, G and B; develop it to a linear 16-bit TIFF",
                         file->base.path);
-    info->width = file->raw->sizes.width;
-    info->height = file->raw->sizes.height;
+    info->width = file->raw->sizes.raw_width;
+    info->height = file->raw->sizes.raw_height;
     info->channels = 1;
     info->bits = 16;
     read_levels(file);
+    // Some formats tell their black level within the compressed data only.
+    if (!(info->black > 0) && unpack(file, NULL) == STATUS_OK)
+        read_levels(file);
     read_settings(info, file->raw);
     return STATUS_OK;
 }

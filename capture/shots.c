@@ -1,7 +1,8 @@
 /* shots.c -- photographs, ordered by name, become shots.
  *
  * A new shot starts when the lamp, the camera, the size or a setting other than exposure time
- * changes, or when an exposure time repeats. Shots named in capture.yaml come before that rule.
+ * changes, or when an exposure time repeats. Shots named in capture.yaml come before that rule, and
+ * lamps that take turns within a bracket after it (shot_turns.c).
  */
 #include "shots.h"
 
@@ -45,17 +46,27 @@ int natural_order(const char *a, const char *b)
 static bool same_camera(const struct photo *a, const struct photo *b)
 {
     return a->width == b->width && a->height == b->height && a->bits == b->bits
-           && a->encoded == b->encoded && a->focal_length == b->focal_length
-           && strcmp(a->make, b->make) == 0 && strcmp(a->model, b->model) == 0;
+           && a->channels == b->channels && strcmp(a->cfa, b->cfa) == 0 && a->encoded == b->encoded
+           && a->focal_length == b->focal_length && strcmp(a->make, b->make) == 0
+           && strcmp(a->model, b->model) == 0;
+}
+
+const char *shots_difference(const struct photo *a, const struct photo *b)
+{
+    return a->light != b->light                             ? "another lamp"
+           : a->width != b->width || a->height != b->height ? "another image size"
+           : !same_camera(a, b)                             ? "another camera or lens"
+           : a->aperture != b->aperture                     ? "another aperture"
+           : a->iso != b->iso                               ? "another ISO setting"
+                                                            : NULL;
 }
 
 static bool same_settings(const struct photo *a, const struct photo *b)
 {
-    return a->light == b->light && same_camera(a, b) && a->aperture == b->aperture
-           && a->iso == b->iso;
+    return shots_difference(a, b) == NULL;
 }
 
-static bool same_times(double a, double b)
+bool shots_same_times(double a, double b)
 {
     return fabs(a - b) < same_time * b;
 }
@@ -97,7 +108,9 @@ static enum status take_named_shot(struct capture *capture, const struct capture
             return cap_fail(err, STATUS_DATA, "%s/%s belongs to the shots %s and %s of `shots`",
                             capture->folder, photo->name, capture->shot[photo->shot].name,
                             given->name);
-        if (!shot && !(shot = new_shot(capture, given->name, strlen(given->name))))
+        if (!shot && (shot = new_shot(capture, given->name, strlen(given->name))))
+            shot->why = "named in capture.yaml";
+        if (!shot)
             return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
         if (shot->photos > 0 && !same_settings(&capture->photo[shot->photo[0]], photo))
             return cap_fail(err, STATUS_DATA,
@@ -115,12 +128,13 @@ static double usual_before(const struct capture *capture, double time)
     int most = 0;
     for (int i = 1; i < capture->photos; i++) {
         double before = capture->photo[i - 1].exposure_time;
-        if (capture->photo[i].missing || !same_times(capture->photo[i].exposure_time, time))
+        if (capture->photo[i].missing || !shots_same_times(capture->photo[i].exposure_time, time))
             continue;
         int times = 0;
         for (int k = 1; k < capture->photos; k++)
-            times += !capture->photo[k].missing && same_times(capture->photo[k].exposure_time, time)
-                     && same_times(capture->photo[k - 1].exposure_time, before);
+            times += !capture->photo[k].missing
+                     && shots_same_times(capture->photo[k].exposure_time, time)
+                     && shots_same_times(capture->photo[k - 1].exposure_time, before);
         if (times > most) {
             most = times;
             usual = before;
@@ -140,7 +154,7 @@ static bool next_time(struct bracket *bracket, double time)
 {
     bool repeats = false;
     for (int k = 0; k < bracket->times; k++)
-        repeats = repeats || same_times(bracket->time[k], time);
+        repeats = repeats || shots_same_times(bracket->time[k], time);
     if (repeats)
         bracket->times = 0;
     bracket->time[bracket->times++] = time;
@@ -163,6 +177,17 @@ static bool next_missing(struct bracket *bracket, const struct capture *capture,
     return begins;
 }
 
+/* A new shot that begins with a photograph. */
+static struct shot *begin_shot(struct capture *capture, const struct photo *photo, const char *why)
+{
+    const char *dot = strrchr(photo->name, '.');
+    size_t length = dot ? (size_t)(dot - photo->name) : strlen(photo->name);
+    struct shot *shot = new_shot(capture, photo->name, length);
+    if (shot)
+        shot->why = why;
+    return shot;
+}
+
 static enum status take_brackets(struct capture *capture, struct error *err)
 {
     struct shot *shot = NULL;
@@ -179,20 +204,55 @@ static enum status take_brackets(struct capture *capture, struct error *err)
             shot = NULL;
             continue;
         }
-        const char *dot = strrchr(photo->name, '.');
-        size_t length = dot ? (size_t)(dot - photo->name) : strlen(photo->name);
-        if (!shot || !same_settings(&capture->photo[shot->photo[0]], photo)) {
+        const char *why =
+            shot ? shots_difference(&capture->photo[shot->photo[0]], photo) : "the first";
+        if (why) {
             shot = NULL;
             bracket.times = 0;
         }
         bool begins = next_missing(&bracket, capture, photo);
         begins = next_time(&bracket, photo->exposure_time) || begins;
         if (!shot || begins)
-            shot = new_shot(capture, photo->name, length);
+            shot = begin_shot(capture, photo, why ? why : "an exposure time repeats");
         status = shot ? append(shot, capture, i, err)
                       : cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
     }
     free(bracket.time);
+    return status;
+}
+
+static void forget_shots(struct capture *capture)
+{
+    for (int k = 0; k < capture->shots; k++) {
+        free(capture->shot[k].name);
+        free(capture->shot[k].photo);
+    }
+    capture->shots = 0;
+    for (int i = 0; i < capture->photos; i++)
+        capture->photo[i].shot = -1;
+}
+
+/* Where no bracket was found, lamps or cameras may have taken turns. */
+static enum status take_turns(struct capture *capture, struct error *err)
+{
+    for (int k = 0; k < capture->shots; k++)
+        if (capture->shot[k].photos > 1)
+            return STATUS_OK;
+    int *shot_of = calloc((size_t)capture->photos, sizeof *shot_of);
+    enum status status = STATUS_OK;
+    if (!shot_of)
+        return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+    bool turns = shots_take_turns(shot_of, capture);
+    if (turns)
+        forget_shots(capture);
+    for (int i = 0; turns && i < capture->photos && !status; i++) {
+        struct shot *shot = shot_of[i] < capture->shots ? &capture->shot[shot_of[i]]
+                                                        : begin_shot(capture, &capture->photo[i],
+                                                                     "lamps or cameras take turns");
+        status = shot ? append(shot, capture, i, err)
+                      : cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+    }
+    free(shot_of);
     return status;
 }
 
@@ -255,6 +315,8 @@ enum status shots_group(struct capture *capture, const struct capture_yaml *yaml
         status = take_named_shot(capture, yaml, k, err);
     if (!status)
         status = take_brackets(capture, err);
+    if (!status && yaml->root->shots == 0)
+        status = take_turns(capture, err);
     if (!status)
         status = check_names(capture, err);
     return status ? status : find_cameras(capture, err);

@@ -272,6 +272,7 @@ struct shot {
     int photos;
     int light;            // index into lights, or -1 (merge needs none)
     int camera;           // index into cameras
+    const char *why;      // it begins where it does
 };
 
 /** Photographs of one kind: same make, model, size and focal length. */
@@ -361,6 +362,11 @@ enum status cap_radiance_read_stored(struct radiance *map, const char *path, str
 int cap_radiance_channel(const struct radiance *map, int x, int y);
 enum status cap_radiance_write(const struct radiance *map, const char *path, struct error *err);
 void cap_radiance_free(struct radiance *map);
+
+/** What a photograph or map (any format that is read) says of itself, as lines for people or one
+ *  JSON object: make model lens taken width height channels bits cfa black white exposure_time
+ *  aperture iso focal_length orientation; null where unknown. */
+enum status cap_info(const char *path, bool json, FILE *to, struct error *err);
 
 /** 128 bits of XXH3 over names and contents of capture.yaml and all photographs, as 32 hex
  *  digits: the identity of the input, the same for any order. */
