@@ -18,6 +18,7 @@ static reflectance_sample made(int i)
 {
     reflectance_sample s = {
         .angles = {0.3 * chance(i, 0), 0.4 + 0.3 * chance(i, 1), CAP_PI * (2 * chance(i, 2) - 1)},
+        .channel = -1,
         .systematic = 0.01 * chance(i, 3),
         .tilt = 1e-3,
         .weight = pow(10, -6 * chance(i, 4)),
@@ -93,12 +94,14 @@ static void test_mean_and_errors_by_hand(void **state)
     (void)state;
     reflectance_sample s[2] = {
         {.angles = {0.5001, 0.7, 0.3001},
+         .channel = -1,
          .f = {1, 1, 1},
          .noise = {0.01, 0.04, 0},
          .systematic = 0.02,
          .tilt = 0.001,
          .weight = 1},
         {.angles = {0.5005, 0.7, 0.3005},
+         .channel = -1,
          .f = {2, 2, 2},
          .noise = {0.01, 0.04, 0},
          .systematic = 0.02,
@@ -123,12 +126,14 @@ static void test_reciprocity_is_kept_apart(void **state)
     (void)state;
     reflectance_sample s[2] = {
         {.angles = {0.5, 0.7, 0.3001},
+         .channel = -1,
          .f = {1.0, 1, 1},
          .noise = {0, 0, 0},
          .systematic = 0,
          .tilt = 0,
          .weight = 0.5},
         {.angles = {0.5, 0.7, 0.3001 - CAP_PI},
+         .channel = -1,
          .f = {1.1, 1, 1},
          .noise = {0, 0, 0},
          .systematic = 0,
@@ -142,11 +147,43 @@ static void test_reciprocity_is_kept_apart(void **state)
     assert_near(b.swapped[1], 0, 1e-14);
 }
 
+// Photosites of a mosaic: each channel has its own mean at its own centroid, the bin the shared
+// one; without blue it is none.
+static void test_a_mosaic_by_hand(void **state)
+{
+    (void)state;
+    reflectance_sample s[4] = {
+        {.angles = {0.5001, 0.7, 0.3001}, .channel = 0, .f = {1, 0, 0}, .weight = 0.5},
+        {.angles = {0.5005, 0.7, 0.3003}, .channel = 1, .f = {0, 2, 0}, .weight = 0.5},
+        {.angles = {0.5001, 0.7, 0.3001}, .channel = 1, .f = {0, 4, 0}, .weight = 0.5},
+        {.angles = {0.5005, 0.7, 0.3005}, .channel = 2, .f = {0, 0, 8}, .weight = 0.5},
+    };
+    struct bin b = one_bin(s, 4);
+    assert_int_equal(b.count, 4);
+    assert_near(b.mean[0], 1, 1e-15);
+    assert_near(b.mean[1], 3, 1e-15);
+    assert_near(b.mean[2], 8, 1e-15);
+    assert_near(b.centroid.theta_h, 0.5003, 1e-15);
+    assert_near(b.own[0].theta_h, 0.5001, 1e-15);
+    assert_near(b.own[1].phi_d, 0.3002, 1e-15);
+    assert_near(b.own[2].phi_d, 0.3005, 1e-15);
+    struct tally tally;
+    struct bins bins;
+    assert_int_equal(rec_tally_begin(&tally, NULL), STATUS_OK);
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(rec_tally_add(&tally, &s[i], NULL), STATUS_OK);
+    assert_int_equal(rec_tally_finish(&bins, &tally, NULL), STATUS_OK);
+    assert_int_equal(bins.count, 0);
+    rec_bins_free(&bins);
+    rec_tally_free(&tally);
+}
+
 // The documented range: a thousand million samples of the largest kind.
 static void test_the_largest_sums_fit(void **state)
 {
     (void)state;
     reflectance_sample s = {.angles = {0.5, 0.7, 0.3},
+                            .channel = -1,
                             .f = {9.9e4, 9.9e4, 9.9e4},
                             .noise = {0, 0, 0},
                             .systematic = 0,
@@ -164,6 +201,7 @@ int main(void)
         cmocka_unit_test(test_centroids_lie_in_their_bins),
         cmocka_unit_test(test_mean_and_errors_by_hand),
         cmocka_unit_test(test_reciprocity_is_kept_apart),
+        cmocka_unit_test(test_a_mosaic_by_hand),
         cmocka_unit_test(test_the_largest_sums_fit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -78,21 +78,29 @@ static void test_what_strays(void **state)
     int kept = 0, doubled = 0, halved = 0, asked = 0;
     for (int i = 0; i < bins.count; i += 97) {
         const struct bin *b = &bins.bin[i];
-        double f[3], noise[3], twice[3], half[3];
+        reflectance_sample a = {.angles = b->centroid, .channel = -1}, twice, half;
+        double residual;
         vec3 wi, wo;
-        rec_directions(b->centroid, &wi, &wo);
-        truth.model->eval(truth.value, wi, wo, f);
-        for (int k = 0; k < 3; k++) {
-            noise[k] = 4e-4 * f[k] * f[k];
-            twice[k] = 2 * f[k];
-            half[k] = f[k] / 2;
-            f[k] *= k == 1 ? 1.06 : 1;
-        }
         if (isnan(c.middle[b->index][0]))
             continue;
-        kept += rec_consensus_allows(&c, b->index, wi, wo, f, noise);
-        doubled += rec_consensus_allows(&c, b->index, wi, wo, twice, noise);
-        halved += rec_consensus_allows(&c, b->index, wi, wo, half, noise);
+        rec_directions(b->centroid, &wi, &wo);
+        truth.model->eval(truth.value, wi, wo, a.f);
+        for (int k = 0; k < 3; k++)
+            a.noise[k] = 4e-4 * a.f[k] * a.f[k];
+        twice = half = a;
+        for (int k = 0; k < 3; k++) {
+            twice.f[k] *= 2;
+            half.f[k] /= 2;
+        }
+        a.f[1] *= 1.06;
+        kept += rec_consensus_allows(&c, &a, wi, wo, &residual);
+        assert_near(residual, 0.02, 0.05);  // 0.06 in one of three, and the neighbours' own noise
+        doubled += rec_consensus_allows(&c, &twice, wi, wo, &residual);
+        assert_near(residual, 1, 0.1);
+        half.channel = 2;  // a photosite of a mosaic: the others do not count
+        half.f[0] = half.f[1] = 0;
+        halved += rec_consensus_allows(&c, &half, wi, wo, &residual);
+        assert_near(residual, -0.5, 0.05);
         asked++;
     }
     assert_true(asked > 200);
@@ -130,10 +138,12 @@ static void test_lonely_bins_are_left_alone(void **state)
     struct bins bins = made_bins(fit.model, plastic, 40009, 0.02);
     struct consensus c = consensus_of(&bins, &fit);
     const struct bin *b = &bins.bin[0];
-    double f[3] = {1e3, 1e3, 1e3}, noise[3] = {0};
+    reflectance_sample a = {.angles = b->centroid, .channel = -1, .f = {1e3, 1e3, 1e3}};
+    double residual;
     vec3 wi, wo;
     rec_directions(b->centroid, &wi, &wo);
-    assert_true(rec_consensus_allows(&c, b->index, wi, wo, f, noise));
+    assert_true(rec_consensus_allows(&c, &a, wi, wo, &residual));
+    assert_true(isnan(residual));
     assert_near(mean_scale(&c, &bins), 1, 0);
     rec_consensus_free(&c);
     rec_bins_free(&bins);

@@ -166,7 +166,8 @@ static void test_board_alone(void **state)
     make_scene(&s, false, 0);
     for (int l = 0; l < 2; l++)
         assert_int_equal(cal_lamp_start(&s.calibration, l, &s.board, NULL), STATUS_OK);
-    assert_int_equal(cal_lamp_fit(&s.calibration, &s.capture, &s.board, &none, NULL), STATUS_OK);
+    assert_int_equal(cal_lamp_fit(&s.calibration, &s.capture, &s.board, &none, true, NULL, NULL),
+                     STATUS_OK);
     check(&s, 0.05, 1e-4);  // no noise: what the solver's tolerance leaves
     end_scene(&s);
 }
@@ -178,8 +179,8 @@ static void test_glossy_ball_of_another_family(void **state)
     make_scene(&s, true, 0.003);
     for (int l = 0; l < 2; l++)
         assert_int_equal(cal_lamp_start(&s.calibration, l, &s.board, NULL), STATUS_OK);
-    assert_int_equal(cal_lamp_fit(&s.calibration, &s.capture, &s.board, &s.sample, NULL),
-                     STATUS_OK);
+    assert_int_equal(
+        cal_lamp_fit(&s.calibration, &s.capture, &s.board, &s.sample, true, NULL, NULL), STATUS_OK);
     check(&s, 3, 0.005);  // the figures that the issue asks of a capture
     for (int l = 0; l < 2; l++)
         for (int k = 0; k < 3; k++)
@@ -197,8 +198,8 @@ static void test_shadowed_paper_does_not_matter(void **state)
             s.board.facet[i].log_value[c] -= 2;
     for (int l = 0; l < 2; l++)
         assert_int_equal(cal_lamp_start(&s.calibration, l, &s.board, NULL), STATUS_OK);
-    assert_int_equal(cal_lamp_fit(&s.calibration, &s.capture, &s.board, &s.sample, NULL),
-                     STATUS_OK);
+    assert_int_equal(
+        cal_lamp_fit(&s.calibration, &s.capture, &s.board, &s.sample, true, NULL, NULL), STATUS_OK);
     check(&s, 3, 0.005);
     end_scene(&s);
 }

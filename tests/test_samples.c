@@ -62,8 +62,12 @@ static void radiance_at(const struct scene *s, double u, double v, double sum[3]
 
 static void shoot(struct scene *s)
 {
-    s->map = (struct radiance){WIDTH, HEIGHT, calloc(3 * WIDTH * HEIGHT, sizeof(float)),
-                               calloc(3 * WIDTH * HEIGHT, sizeof(float))};
+    s->map = (struct radiance){WIDTH,
+                               HEIGHT,
+                               calloc(3 * WIDTH * HEIGHT, sizeof(float)),
+                               calloc(3 * WIDTH * HEIGHT, sizeof(float)),
+                               3,
+                               ""};
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++) {
             double sum[3] = {0}, pixel[2] = {x, y};

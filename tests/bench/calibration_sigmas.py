@@ -68,11 +68,12 @@ def scene_of(kind, seed):
 def run(goniocam, scene, folder):
     """-> (truth, calibration) of one capture."""
     path = os.path.join(folder, scene["name"])
-    os.makedirs(path)
-    with open(path + "/scene.yaml", "w") as f:
-        yaml.safe_dump(scene, f)
-    subprocess.check_call([goniocam, "render", path + "/scene.yaml", "-o", path + "/capture", "--quiet"],
-                          stdout=subprocess.DEVNULL)
+    if not os.path.exists(path + "/capture/truth.json"):
+        os.makedirs(path)
+        with open(path + "/scene.yaml", "w") as f:
+            yaml.safe_dump(scene, f)
+        subprocess.check_call([goniocam, "render", path + "/scene.yaml", "-o", path + "/capture", "--quiet"],
+                              stdout=subprocess.DEVNULL)
     done = subprocess.run([goniocam, "calibrate", path + "/capture", "-o", path + "/out", "--quiet"],
                           stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, universal_newlines=True)
     if done.returncode:
@@ -81,12 +82,14 @@ def run(goniocam, scene, folder):
         return json.load(f), yaml.safe_load(g)
 
 
-def rotation_vector(r):
-    """Rodrigues' vector of a rotation matrix, less than pi long."""
+def rotation_vector(r, near):
+    """Rodrigues' vector of a rotation matrix; of those that are a turn apart, the one near `near`."""
     r = np.asarray(r)
     axis = np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
     sine = np.linalg.norm(axis)
-    return axis / sine * np.arctan2(sine, np.trace(r) - 1)
+    angle = np.arctan2(sine, np.trace(r) - 1)
+    return min((axis / sine * (angle + turn) for turn in (-2 * np.pi, 0, 2 * np.pi)),
+               key=lambda v: np.linalg.norm(v - near))
 
 
 def quantities(truth, c):
@@ -97,7 +100,7 @@ def quantities(truth, c):
     by_name = {t["exposures"][0]["file"]: t for t in truth["shots"]}
     for shot in c["shots"]:
         t = by_name[shot["name"]]
-        yield "rotation, deg", np.degrees(shot["rotation"] - rotation_vector(t["R"])), np.degrees(shot["sigma_rotation"])
+        yield "rotation, deg", np.degrees(shot["rotation"] - rotation_vector(t["R"], shot["rotation"])), np.degrees(shot["sigma_rotation"])
         yield "translation, mm", np.subtract(shot["translation"], t["t"]), shot["sigma_translation"]
     yield "sample centre, mm", np.subtract(c["sample"]["center"], truth["sample"]["center"]), c["sample"]["sigma_center"]
     yield "sample radius, mm", [c["sample"]["radius"] - truth["sample"]["radius"]], [c["sample"]["sigma_radius"]]
@@ -115,7 +118,8 @@ def main():
     parser.add_argument("--captures", type=int, default=50)
     parser.add_argument("--first", type=int, default=1, help="first seed")
     parser.add_argument("--kind", action="append", choices=KINDS, help="default: lambert, rough and glossy by turns")
-    parser.add_argument("--keep", help="folder to leave the captures in")
+    parser.add_argument("--keep", help="folder to leave the captures in, and to find them in again")
+    parser.add_argument("--verbose", action="store_true", help="print what is more than 4 sigmas off")
     a = parser.parse_args()
     kinds = a.kind or ["lambert", "rough", "glossy"]
     rows, failed = {}, 0
@@ -129,6 +133,8 @@ def main():
                 print("%s %d: %s" % (kind, a.first + i, e), file=sys.stderr)
                 continue
             for what, error, sigma in quantities(*found):
+                if a.verbose and np.any(np.abs(error) > 4 * np.asarray(sigma)):
+                    print(kind, a.first + i, what, np.asarray(error), np.asarray(sigma))
                 rows.setdefault((kind, what), []).extend(zip(error, sigma))
     print("%-14s %-22s %6s %12s %12s %10s %10s" % ("kind", "quantity", "count", "median |e|", "rms error", "in 1 sigma",
                                                    "in 2 sigma"))

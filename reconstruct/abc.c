@@ -1,0 +1,35 @@
+/* abc.c -- facets whose slopes follow the ABC law of optical surfaces' scatter.
+ *
+ *      f = kD/pi + F(wi.h; ior) G A / (1 + B (1 - n.h))^C / (pi cos_i cos_o)
+ *      G = min(1, 2 n.h cos_i / (wi.h), 2 n.h cos_o / (wo.h))
+ *
+ * The paper writes no pi; the published fits to the MERL materials want it.
+ */
+#include "microfacet.h"
+#include "models.h"
+
+enum { KD = 0, A = 3, B = 6, C = 7, IOR = 8 };
+
+static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
+{
+    facet a = rec_facet(wi, wo);
+    double cos_h = sqrt(a.cos2_h);
+    double fall = a.sin2_h / (1 + cos_h);  // 1 - n.h, with all its digits
+    double g = fmin(1, 2 * cos_h * fmin(a.cos_i, a.cos_o) / a.c);
+    double lobe = rec_fresnel_dielectric(a.c, parameters[IOR]) * g
+                  / (CAP_PI * a.cos_i * a.cos_o * pow(1 + parameters[B] * fall, parameters[C]));
+    for (int c = 0; c < 3; c++)
+        f[c] = parameters[KD + c] / CAP_PI + parameters[A + c] * lobe;
+}
+
+const struct model rec_model_abc = {
+    .name = "abc",
+    .source = "Low, Kronander, Ynnerman, Unger, ACM TOG 2012",
+    .parameter = (const struct parameter[]){{"kD", 3, 0, 1},
+                                            {"A", 3, 0, 1e9},
+                                            {"B", 1, 0, 1e9},
+                                            {"C", 1, 0, 10},
+                                            {"ior", 1, 1, 100},
+                                            {0}},
+    .eval = eval,
+};

@@ -1,0 +1,29 @@
+/* blinn_phong.c -- a constant and a power of n.h, as Ngan et al. fitted it to measured materials.
+ *
+ *      f = kd + ks (n.h)^ke                                       kd, ks in 1/sr, three numbers a
+ * channel
+ *
+ * A lobe alone keeps energy where ks <= (ke + 2)(ke + 4) / (8 pi (2^(-ke/2) + ke)), its albedo at
+ * normal incidence.
+ */
+#include "microfacet.h"
+#include "models.h"
+
+enum { KD = 0, KS = 3, KE = 6 };
+
+static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
+{
+    facet a = rec_facet(wi, wo);
+    double ln_cos_h = 0.5 * log1p(-fmin(a.sin2_h, 1));  // keeps its digits in the highlight
+    for (int c = 0; c < 3; c++)
+        f[c] = parameters[KD + c] + parameters[KS + c] * exp(parameters[KE + c] * ln_cos_h);
+}
+
+const struct model rec_model_blinn_phong = {
+    .name = "blinn_phong",
+    .source = "Blinn, SIGGRAPH 1977; form of Ngan, Durand, Matusik, EGSR 2005",
+    .parameter =
+        (const struct parameter[]){
+            {"kd", 3, 0, 1 / CAP_PI}, {"ks", 3, 0, 1e5}, {"ke", 3, 0, 1e6}, {0}},
+    .eval = eval,
+};
