@@ -66,9 +66,22 @@ static enum status out_of_memory(struct error *err)
     return cap_fail(err, STATUS_MEMORY, "no memory for bins");
 }
 
+// The sums of a colour.
+static void add_channel(struct bin_sums *b, const reflectance_sample *s, int c, bool back)
+{
+    double w = s->weight;
+    fixed128 w_f = fix(w * s->f[c]), ww_noise = fix(w * w * s->noise[c]);
+    b->w_f[c] += w_f;
+    b->w_ff[c] += fix(w * s->f[c] * s->f[c]);
+    b->ww_noise[c] += ww_noise;
+    b->w_bounced[c] += fix(w * s->bounced[c]);
+    b->w_f_back[c] += back ? w_f : 0;
+    b->ww_noise_back[c] += back ? ww_noise : 0;
+}
+
 enum status rec_tally_add(struct tally *tally, const reflectance_sample *s, struct error *err)
 {
-    assert(s->weight > 0 && s->weight <= 1);
+    assert(s->weight > 0 && s->weight <= 1 && s->channel < 3);
     struct bin_sums *b = sums_of(tally, rec_merl_index(s->angles));
     if (!b)
         return out_of_memory(err);
@@ -82,15 +95,16 @@ enum status rec_tally_add(struct tally *tally, const reflectance_sample *s, stru
     for (int i = 0; i < 2; i++)
         b->w_spread[i] += fix(w * fmin(s->spread[i], 1));
     b->w_back += back ? fix(w) : 0;
-    for (int c = 0; c < 3; c++) {
-        b->w_bounced[c] += fix(w * s->bounced[c]);
-        fixed128 w_f = fix(w * s->f[c]);
-        b->w_f[c] += w_f;
-        b->w_f_back[c] += back ? w_f : 0;
-        b->w_ff[c] += fix(w * s->f[c] * s->f[c]);
-        b->w_angle[c] += fix(w * angle[c]);
-        b->ww_noise[c] += fix(w * w * s->noise[c]);
+    for (int i = 0; i < 3; i++) {
+        fixed128 w_angle = fix(w * angle[i]);
+        b->w_angle[i] += w_angle;
+        if (s->channel >= 0)
+            b->own_w_angle[s->channel][i] += w_angle;
+        if (s->channel < 0 || s->channel == i)
+            add_channel(b, s, i, back);
     }
+    if (s->channel >= 0)
+        b->own_w[s->channel] += fix(w);
     return STATUS_OK;
 }
 
@@ -109,6 +123,10 @@ static void add_sums(struct bin_sums *to, const struct bin_sums *from)
         to->w_angle[c] += from->w_angle[c];
         to->ww_noise[c] += from->ww_noise[c];
         to->w_f_back[c] += from->w_f_back[c];
+        to->own_w[c] += from->own_w[c];
+        for (int i = 0; i < 3; i++)
+            to->own_w_angle[c][i] += from->own_w_angle[c][i];
+        to->ww_noise_back[c] += from->ww_noise_back[c];
         to->w_bounced[c] += from->w_bounced[c];
     }
 }
@@ -139,42 +157,73 @@ static double keep_within(double x, double low, double high)
     return fmin(fmax(x, low + hair), high - hair);
 }
 
-static half_diff centroid(const struct bin_sums *s, int bin)
+static half_diff centroid(const fixed128 w_angle[3], double w, int bin)
 {
     int p = bin % MERL_PHI_D, d = bin / MERL_PHI_D % MERL_THETA_D;
     int h = bin / (MERL_PHI_D * MERL_THETA_D);
-    double w = unfix(s->w), quarter = CAP_PI / 2;
+    double quarter = CAP_PI / 2;
     double r0 = (double)h / MERL_THETA_H, r1 = (h + 1.0) / MERL_THETA_H;
     return (half_diff){
-        .theta_h = keep_within(unfix(s->w_angle[0]) / w, r0 * r0 * quarter, r1 * r1 * quarter),
-        .theta_d = keep_within(unfix(s->w_angle[1]) / w, quarter * d / MERL_THETA_D,
+        .theta_h = keep_within(unfix(w_angle[0]) / w, r0 * r0 * quarter, r1 * r1 * quarter),
+        .theta_d = keep_within(unfix(w_angle[1]) / w, quarter * d / MERL_THETA_D,
                                quarter * (d + 1) / MERL_THETA_D),
-        .phi_d = keep_within(unfix(s->w_angle[2]) / w, CAP_PI * p / MERL_PHI_D,
+        .phi_d = keep_within(unfix(w_angle[2]) / w, CAP_PI * p / MERL_PHI_D,
                              CAP_PI * (p + 1) / MERL_PHI_D),
     };
 }
 
+// All samples but those of other channels alone: the weight of a channel, and its angles.
+static fixed128 weight_of(const struct bin_sums *s, int c)
+{
+    return s->w - s->own_w[(c + 1) % 3] - s->own_w[(c + 2) % 3];
+}
+
+static half_diff own_centroid(const struct bin_sums *s, int c, int bin)
+{
+    fixed128 w_angle[3];
+    for (int i = 0; i < 3; i++)
+        w_angle[i] =
+            s->w_angle[i] - s->own_w_angle[(c + 1) % 3][i] - s->own_w_angle[(c + 2) % 3][i];
+    return centroid(w_angle, unfix(weight_of(s, c)), bin);
+}
+
+static void finish_channel(struct bin *b, const struct bin_sums *s, int c)
+{
+    double w = unfix(weight_of(s, c)), back = unfix(s->w_back);
+    bool mosaic = s->own_w[0] > 0 || s->own_w[1] > 0 || s->own_w[2] > 0;
+    bool both = back > 0 && back < w && !mosaic;
+    b->mean[c] = unfix(s->w_f[c]) / w;
+    b->bounced[c] = unfix(s->w_bounced[c]) / w;
+    b->scatter[c] = sqrt(fmax(0, unfix(s->w_ff[c]) / w - b->mean[c] * b->mean[c]));
+    b->noise[c] = sqrt(unfix(s->ww_noise[c])) / w;
+    b->sigma[c] = hypot(b->noise[c], b->mean[c] * b->systematic);
+    double forth = unfix(s->w_f[c] - s->w_f_back[c]) / (w - back);
+    double noise_forth = sqrt(unfix(s->ww_noise[c] - s->ww_noise_back[c])) / (w - back);
+    double noise_back = sqrt(unfix(s->ww_noise_back[c])) / back;
+    b->swapped[c] = both ? forth - unfix(s->w_f_back[c]) / back : NAN;
+    b->swapped_noise[c] = both ? hypot(noise_forth, noise_back) : NAN;
+    b->own[c] = own_centroid(s, c, b->index);
+}
+
 static struct bin finish_bin(const struct bin_sums *s, int index)
 {
-    double w = unfix(s->w), back = unfix(s->w_back);
+    double w = unfix(s->w);
     struct bin b = {
         .index = index,
         .count = s->count > INT32_MAX ? INT32_MAX : (int32_t)s->count,
-        .centroid = centroid(s, index),
+        .centroid = centroid(s->w_angle, w, index),
         .systematic = unfix(s->w_systematic) / w,
         .tilt = unfix(s->w_tilt) / w,
         .spread = {unfix(s->w_spread[0]) / w, unfix(s->w_spread[1]) / w},
     };
-    for (int c = 0; c < 3; c++) {
-        b.mean[c] = unfix(s->w_f[c]) / w;
-        b.bounced[c] = unfix(s->w_bounced[c]) / w;
-        b.scatter[c] = sqrt(fmax(0, unfix(s->w_ff[c]) / w - b.mean[c] * b.mean[c]));
-        b.noise[c] = sqrt(unfix(s->ww_noise[c])) / w;
-        double forth = unfix(s->w_f[c] - s->w_f_back[c]) / (w - back);
-        b.swapped[c] = back > 0 && back < w ? forth - unfix(s->w_f_back[c]) / back : NAN;
-        b.sigma[c] = hypot(b.noise[c], b.mean[c] * b.systematic);
-    }
+    for (int c = 0; c < 3; c++)
+        finish_channel(&b, s, c);
     return b;
+}
+
+static bool in_every_channel(const struct bin_sums *s)
+{
+    return weight_of(s, 0) > 0 && weight_of(s, 1) > 0 && weight_of(s, 2) > 0;
 }
 
 enum status rec_tally_finish(struct bins *bins, const struct tally *tally, struct error *err)
@@ -184,7 +233,7 @@ enum status rec_tally_finish(struct bins *bins, const struct tally *tally, struc
         return out_of_memory(err);
     int count = 0;
     for (int i = 0; i < MERL_BINS; i++)
-        if (tally->slot[i])
+        if (tally->slot[i] && in_every_channel(&tally->sums[tally->slot[i] - 1]))
             bin[count++] = finish_bin(&tally->sums[tally->slot[i] - 1], i);
     *bins = (struct bins){bin, count};
     return STATUS_OK;

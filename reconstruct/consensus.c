@@ -232,21 +232,26 @@ void rec_consensus_free(struct consensus *consensus)
     *consensus = (struct consensus){0};
 }
 
-bool rec_consensus_allows(const struct consensus *consensus, int bin, vec3 wi, vec3 wo,
-                          const double f[3], const double noise[3])
+bool rec_consensus_allows(const struct consensus *consensus, const reflectance_sample *sample,
+                          vec3 wi, vec3 wo, double *residual)
 {
+    const int bin = rec_merl_index(sample->angles), channels = sample->channel < 0 ? 3 : 1;
     double fitted[3];
+    bool allowed = true;
+    *residual = NAN;
     if (isnan(consensus->middle[bin][0]))
         return true;
     consensus->fit->model->eval(consensus->fit->value, wi, wo, fitted);
-    for (int c = 0; c < 3; c++) {
+    *residual = 0;
+    for (int k = 0; k < channels; k++) {
+        int c = sample->channel < 0 ? k : sample->channel;
         double due = (fitted[c] + dark) * (1 + (double)consensus->middle[bin][c]) - dark;
-        double rest = (double)consensus->rest[bin][c];
-        double far = square(too_far * (double)consensus->scale[bin][c]) * (noise[c] + rest * rest);
-        if (square(f[c] - due) > far)
-            return false;
+        double rest = (double)consensus->rest[bin][c], scale = (double)consensus->scale[bin][c];
+        double far = square(too_far * scale) * (sample->noise[c] + square(rest));
+        allowed = allowed && square(sample->f[c] - due) <= far;
+        *residual += (sample->f[c] - due) / (due + dark) / channels;
     }
-    return true;
+    return allowed;
 }
 
 void rec_consensus_widen(struct bins *bins, const struct consensus *consensus)

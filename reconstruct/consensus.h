@@ -3,7 +3,7 @@
 #ifndef GONIOCAM_CONSENSUS_H
 #define GONIOCAM_CONSENSUS_H
 
-#include "reconstruct.h"
+#include "samples.h"
 
 /** The say of each bin's neighbours. Owns its arrays; {0} is empty; rec_consensus_free(). */
 struct consensus {
@@ -20,9 +20,10 @@ enum status rec_consensus_make(struct consensus *consensus, const struct bins *b
                                const struct fit *fit, struct run *run, struct error *err);
 void rec_consensus_free(struct consensus *consensus);
 
-/** Is f with noise of these variances, seen at wi, wo in a bin, what the neighbours allow? */
-bool rec_consensus_allows(const struct consensus *consensus, int bin, vec3 wi, vec3 wo,
-                          const double f[3], const double noise[3]);
+/** Is a sample, with wi and wo in its local frame, what the neighbours of its bin allow?
+ *  *residual: f over what they say, less 1, mean of its channels; NAN: they say nothing. */
+bool rec_consensus_allows(const struct consensus *consensus, const reflectance_sample *sample,
+                          vec3 wi, vec3 wo, double *residual);
 
 /** Multiply the sigmas of the bins by the scale of their neighbourhood (R. T. Birge, "The
  *  calculation of errors by the method of least squares", Physical Review 40, 1932: locally). */

@@ -72,6 +72,7 @@ static enum status add_shot(struct tally *tally, struct census *census, const st
         return status;
     pixel_box box = rec_sample_box(&v);
     struct bounce_map bounce = {0};
+    struct shot_residuals residuals = {0};
     status = rec_bounce_make(&bounce, c, view, &v, box, err);
     v.bounce = &bounce;
     v.consensus = g->consensus;
@@ -85,13 +86,15 @@ static enum status add_shot(struct tally *tally, struct census *census, const st
             census->photosites[fate] += hit;
             if (fate != FATE_USED)
                 continue;
-            double b = (sample.bounced[0] + sample.bounced[1] + sample.bounced[2]) / 3;
+            double b = rec_mean_bounced(&sample);
             census->bounced_ppm += llround(1e6 * b / (1 + b));
+            rec_residual_add(&residuals, &sample, &c->sample);
             status = rec_tally_add(tally, &sample, err);
         }
     if (census->photosites[FATE_USED] == used)
         cap_warn(g->run, "shot %s: no photosite shows lit sample", v.view->name);
     census->shots++;
+    rec_residuals_end_shot(&census->residuals, &residuals);
     rec_bounce_free(&bounce);
     cap_radiance_free(&map);
     return status;
@@ -114,6 +117,7 @@ void rec_census_add(struct census *to, const struct census *from)
         to->photosites[k] += from->photosites[k];
     to->bounced_ppm += from->bounced_ppm;
     to->shots += from->shots;
+    rec_residuals_merge(&to->residuals, &from->residuals);
 }
 
 // Each thread fills a tally of its own; the first to finish hands it over, the others add theirs.

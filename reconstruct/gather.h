@@ -3,6 +3,7 @@
 #define GONIOCAM_GATHER_H
 
 #include "consensus.h"
+#include "residuals.h"
 #include "samples.h"
 
 /** Where the photosites went. Photosites whose ray misses the sample are not counted. */
@@ -10,6 +11,7 @@ struct census {
     int64_t photosites[FATES];
     int64_t bounced_ppm;  // sum over used photosites: the part of radiance that the board brought
     int shots;
+    struct residuals residuals;  // of the used photosites, where a consensus was given
 };
 
 void rec_census_add(struct census *to, const struct census *from);

@@ -18,6 +18,7 @@ struct job {
     bool *usable;   // [shots]
     char hash[33];
     struct census census;
+    struct checks checks;
     struct bins bins;
     struct fits fits;
     struct merl table;
@@ -125,6 +126,7 @@ static enum status look_first(struct job *j, struct consensus *consensus, struct
         status = rec_fit(&j->fits, &j->bins, NULL, 0, j->run, err);
     }
     if (!status && rec_leads()) {
+        rec_bins_align(&j->bins, &j->fits.fit[0]);
         rec_bins_widen(&j->bins, &j->fits.fit[0]);
         status = rec_consensus_make(consensus, &j->bins, &j->fits.fit[0], j->run, err);
     }
@@ -150,6 +152,7 @@ static enum status look_again(struct job *j, struct error *err)
 static enum status conclude(struct job *j, struct error *err)
 {
     cap_stage(j->run, "fit again", 0);
+    rec_bins_align(&j->bins, &j->fits.fit[0]);
     enum status status = rec_fit_again(&j->fits, &j->bins, j->run, err);
     if (status)
         return status;
@@ -169,7 +172,12 @@ static enum status conclude(struct job *j, struct error *err)
     j->status = malloc(MERL_BINS);
     if (!j->status)
         return cap_fail(err, STATUS_MEMORY, "no memory for the table");
-    return rec_fill(&j->table, j->status, &j->bins, &j->fits.fit[0], j->run, err);
+    status = rec_fill(&j->table, j->status, &j->bins, &j->fits.fit[0], j->run, err);
+    if (!status) {
+        j->checks = rec_checks(&j->bins, &j->census, &j->table);
+        rec_checks_warn(&j->checks, j->run);
+    }
+    return status;
 }
 
 // The largest solid angle of the lens's aperture, seen from the sample; 0: EXIF does not tell.
@@ -231,6 +239,7 @@ static enum status write_story(const struct job *j, const char *path, struct err
         .fits = &j->fits,
         .table = &j->table,
         .median_sigma = j->median_sigma,
+        .checks = &j->checks,
     };
     return rec_run_json(&story, path, err);
 }

@@ -13,6 +13,7 @@
 #include "reconstruct.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 // The widths of a bin in theta_h, theta_d, phi_d.
 static void widths(double width[3], int index)
@@ -83,6 +84,35 @@ void rec_bins_sharpen(struct bins *bins, const struct fit *fit)
 {
     for (int i = 0; i < bins->count; i++)
         sharpen(&bins->bin[i], fit);
+}
+
+static void align(struct bin *b, const struct fit *fit)
+{
+    double shared[3] = {0};
+    eval_moved(shared, fit, b->centroid, 0, 0);
+    for (int c = 0; c < 3; c++) {
+        double own[3] = {0};
+        eval_moved(own, fit, b->own[c], 0, 0);
+        double ratio = own[c] > 0 && shared[c] > 0 ? shared[c] / own[c] : 1;
+        b->mean[c] *= ratio;
+        b->sigma[c] *= ratio;
+        b->noise[c] *= ratio;
+        b->own[c] = b->centroid;
+    }
+}
+
+static bool aligned(const struct bin *b)
+{
+    return memcmp(&b->own[0], &b->centroid, sizeof b->centroid) == 0
+           && memcmp(&b->own[1], &b->centroid, sizeof b->centroid) == 0
+           && memcmp(&b->own[2], &b->centroid, sizeof b->centroid) == 0;
+}
+
+void rec_bins_align(struct bins *bins, const struct fit *fit)
+{
+    for (int i = 0; i < bins->count; i++)
+        if (!aligned(&bins->bin[i]))
+            align(&bins->bin[i], fit);
 }
 
 static double square(double x)

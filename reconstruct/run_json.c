@@ -1,8 +1,6 @@
 /* run_json.c -- run.json: version, options, timings, warnings, exclusions, physical checks. */
 #include "run_json.h"
 
-#include "quantile.h"
-
 #include <errno.h>
 #include <jansson.h>
 #include <stdlib.h>
@@ -39,35 +37,48 @@ static json_t *photosites(const struct census *census)
     return counts;
 }
 
-// f(wi, wo) against f(wo, wi): median |difference| / mean over bins that hold both kinds.
-static json_t *reciprocity(const struct bins *bins)
+static json_t *reciprocity(const struct checks *k)
 {
-    double *residual = malloc(3 * (size_t)bins->count * sizeof *residual + sizeof *residual);
-    int n = 0;
-    for (int i = 0; residual && i < bins->count; i++)
-        for (int c = 0; c < 3; c++) {
-            const struct bin *b = &bins->bin[i];
-            if (!isnan(b->swapped[c]) && b->mean[c] > 0)
-                residual[n++] = fabs(b->swapped[c]) / b->mean[c];
-        }
-    json_t *found = json_pack("{s:i, s:o}", "bins", n / 3, "median_relative",
-                              n ? json_real(rec_quantile(residual, n, 0.5)) : json_null());
-    free(residual);
-    return found;
+    return json_pack("{s:i, s:f, s:f, s:f, s:f}", "bins", k->reciprocity.bins, "mean_relative",
+                     k->reciprocity.mean, "sigma", k->reciprocity.sigma, "median_relative",
+                     k->reciprocity.typical, "chi2", k->reciprocity.chi2);
 }
 
-static json_t *albedo(const struct merl *table)
+static json_t *evenness(const unevenness *u)
 {
-    static const double theta_deg[] = {0, 15, 30, 45, 60, 75, 85};
+    return json_pack("{s:i, s:f, s:f, s:f}", "cells", u->cells, "rms_relative", u->rms, "sigma",
+                     u->sigma, "chi2", u->chi2);
+}
+
+static json_t *albedo(const struct checks *k)
+{
     json_t *list = json_array();
-    for (size_t i = 0; i < sizeof theta_deg / sizeof *theta_deg; i++) {
-        double a[3];
-        rec_table_albedo(a, table, theta_deg[i] * CAP_PI / 180);
-        json_array_append_new(
-            list, json_pack("{s:f, s:[f, f, f], s:b}", "theta_i_deg", theta_deg[i], "albedo", a[0],
-                            a[1], a[2], "conserves_energy", a[0] <= 1 && a[1] <= 1 && a[2] <= 1));
+    for (int i = 0; i < ALBEDO_ANGLES; i++) {
+        const double *a = k->albedo[i].albedo;
+        json_array_append_new(list,
+                              json_pack("{s:f, s:[f, f, f], s:b}", "theta_i_deg",
+                                        k->albedo[i].theta_i_deg, "albedo", a[0], a[1], a[2],
+                                        "conserves_energy", a[0] <= 1 && a[1] <= 1 && a[2] <= 1));
     }
     return list;
+}
+
+static json_t *coverage(const struct checks *k)
+{
+    json_t *list = json_array();
+    for (int i = 0; i < COVERAGE_BANDS; i++)
+        json_array_append_new(list,
+                              json_pack("{s:i, s:i, s:i}", "to_deg", 10 * (i + 1), "bins",
+                                        k->coverage[i].bins, "measured", k->coverage[i].measured));
+    return list;
+}
+
+static json_t *checks(const struct checks *k)
+{
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:f}", "reciprocity", reciprocity(k), "isotropy",
+                     evenness(&k->isotropy), "homogeneity", evenness(&k->homogeneity),
+                     "directional_albedo", albedo(k), "coverage", coverage(k), "stray_part",
+                     k->stray);
 }
 
 // How much of the light came by way of the board, and was taken out.
@@ -81,13 +92,12 @@ static json_t *interreflection(const struct run_story *s)
 
 static json_t *story_json(const struct run_story *s)
 {
-    return json_pack("{s:s, s:o, s:s, s:o, s:o, s:i, s:o, s:o, s:i, s:f, s:s, s:{s:o, s:o}}",
-                     "version", GONIOCAM_VERSION, "options", options(s), "input_xxh3",
-                     s->input_hash, "stages", stages(s->run), "warnings", warnings(s->run), "shots",
-                     s->census->shots, "photosites", photosites(s->census), "interreflection",
-                     interreflection(s), "measured_bins", s->bins->count, "median_relative_sigma",
-                     s->median_sigma, "best_fit", s->fits->fit[0].model->name, "checks",
-                     "reciprocity", reciprocity(s->bins), "directional_albedo", albedo(s->table));
+    return json_pack("{s:s, s:o, s:s, s:o, s:o, s:i, s:o, s:o, s:i, s:f, s:s, s:o}", "version",
+                     GONIOCAM_VERSION, "options", options(s), "input_xxh3", s->input_hash, "stages",
+                     stages(s->run), "warnings", warnings(s->run), "shots", s->census->shots,
+                     "photosites", photosites(s->census), "interreflection", interreflection(s),
+                     "measured_bins", s->bins->count, "median_relative_sigma", s->median_sigma,
+                     "best_fit", s->fits->fit[0].model->name, "checks", checks(s->checks));
 }
 
 enum status rec_run_json(const struct run_story *story, const char *path, struct error *err)

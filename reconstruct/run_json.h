@@ -2,6 +2,7 @@
 #ifndef GONIOCAM_RUN_JSON_H
 #define GONIOCAM_RUN_JSON_H
 
+#include "checks.h"
 #include "gather.h"
 
 /** What run.json tells. Borrows everything; calibration_file may be NULL. */
@@ -13,6 +14,7 @@ struct run_story {
     const struct bins *bins;
     const struct fits *fits;
     const struct merl *table;
+    const struct checks *checks;
     double median_sigma;
 };
 

@@ -165,9 +165,13 @@ static enum fate read_photosite(reflectance_sample *out, const struct viewing *v
     size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)x);
     double pixel[2] = {x, y}, vignetting = cal_vignetting(v->camera, pixel);
     double bounced[3] = {0};
+    out->channel = cap_radiance_channel(map, x, y);
     if (v->bounce)
         rec_bounce_at(v->bounce, a, x, y, bounced);
     for (int c = 0; c < 3; c++) {
+        out->f[c] = out->noise[c] = out->bounced[c] = 0;
+        if (out->channel >= 0 && c != out->channel)
+            continue;
         double value = (double)map->value[at + c], variance = (double)map->variance[at + c];
         if (isinf(variance))
             return FATE_SATURATED;
@@ -182,13 +186,18 @@ static enum fate read_photosite(reflectance_sample *out, const struct viewing *v
     return FATE_USED;
 }
 
+double rec_mean_bounced(const reflectance_sample *s)
+{
+    double sum = s->bounced[0] + s->bounced[1] + s->bounced[2];
+    return s->channel < 0 ? sum / 3 : sum;
+}
+
 // Too far from what the neighbours of its bin say?
-static bool strays(const reflectance_sample *s, const struct consensus *consensus)
+static bool strays(reflectance_sample *s, const struct consensus *consensus)
 {
     vec3 wi, wo;
     rec_directions(s->angles, &wi, &wo);
-    return wi.z > 0 && wo.z > 0
-           && !rec_consensus_allows(consensus, rec_merl_index(s->angles), wi, wo, s->f, s->noise);
+    return wi.z > 0 && wo.z > 0 && !rec_consensus_allows(consensus, s, wi, wo, &s->residual);
 }
 
 enum fate rec_sample_at(reflectance_sample *out, const struct viewing *viewing,
@@ -209,7 +218,7 @@ enum fate rec_sample_at(reflectance_sample *out, const struct viewing *viewing,
     out->spread[0] = a.spread[0];
     out->spread[1] = a.spread[1];
     shared_errors shared = rec_shared_errors(viewing, &a);
-    double bounced = (out->bounced[0] + out->bounced[1] + out->bounced[2]) / 3;
+    double bounced = rec_mean_bounced(out);
     out->systematic = hypot(shared.systematic, viewing->bounce_sigma * bounced);
     out->tilt = shared.tilt;
     out->weight = weight_of(expected_noise2(map, x, y) + square(out->systematic)
@@ -218,6 +227,7 @@ enum fate rec_sample_at(reflectance_sample *out, const struct viewing *viewing,
     out->normal = a.normal;
     out->wi = a.wi;
     out->wo = a.wo;
+    out->residual = NAN;
     if (viewing->consensus && strays(out, viewing->consensus))
         return FATE_STRAY;
     return FATE_USED;

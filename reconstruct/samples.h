@@ -25,6 +25,7 @@ extern const char *const rec_fate_name[FATES];
  *  `tilt` come from the geometry and the lamp, `noise` from the photosite alone. */
 typedef struct {
     half_diff angles;
+    int channel;        // of a mosaic: the one that was measured, the others are 0; else -1
     double f[3];        // 1/sr
     double noise[3];    // variance of f
     double systematic;  // 1 sigma of ln f at fixed angles
@@ -33,7 +34,11 @@ typedef struct {
     double weight;      // (0, 1]; no function of this photosite's own noise
     double bounced[3];  // light that the lit board brought, taken out of f: over what is left
     vec3 point, normal, wi, wo;  // in the world
+    double residual;             // f over what its neighbours say, less 1; NAN: they say nothing
 } reflectance_sample;
+
+/** bounced, mean of the measured channels. */
+double rec_mean_bounced(const reflectance_sample *sample);
 
 /** All that a photosite needs to know of its shot. Borrows everything. */
 struct viewing {

@@ -77,12 +77,14 @@ struct bin {
     int32_t index;       // rec_merl_index of its samples
     int32_t count;       // of photosites
     half_diff centroid;  // of the samples, phi_d folded to [0, pi); within the bin
+    half_diff own[3];    // the centroid of each channel's samples: others than that in a mosaic
     double mean[3];      // f, 1/sr; noise may take dark ones below 0
     double sigma[3];     // of the mean: noise, geometry, lamp, and the bin's width
     double noise[3];     // the part of sigma that more photographs would reduce
     double scatter[3];   // standard deviation of the samples
     double swapped[3];   // mean of the samples with phi_d >= 0 less that of the others; NAN: one
                          // kind only. Reciprocity says 0.
+    double swapped_noise[3];  // 1 sigma of swapped by noise alone
     double sharpened[3]; // what the mean was multiplied by, less 1
     double bounced[3];   // light from the lit board that was taken out, over what is left
     double systematic;   // relative: the part of sigma that is shared, at fixed angles
@@ -159,6 +161,9 @@ enum status rec_fits_read(struct fits *fits, const char *path, struct error *err
 enum status rec_fit_again(struct fits *fits, const struct bins *bins, struct run *run,
                           struct error *err);
 
+/** Move each channel's mean from its own centroid to the shared one, by the ratio of a fit there.
+ *  What the fit does not tell, a channel that it has at 0, stays. Again does nothing more. */
+void rec_bins_align(struct bins *bins, const struct fit *fit);
 /** A photosite averages f over the normals it spans, which blunts a highlight: multiply the means
  *  by f / (f so averaged) of a fit (method: resolution.c). Once for any bins. */
 void rec_bins_sharpen(struct bins *bins, const struct fit *fit);

@@ -1,0 +1,115 @@
+/* checks.c -- reciprocity, isotropy, homogeneity, energy, coverage: numbers with their errors. */
+#include "checks.h"
+
+#include "quantile.h"
+
+#include <stdlib.h>
+
+static double square(double x)
+{
+    return x * x;
+}
+
+static void check_reciprocity(struct checks *k, const struct bins *bins)
+{
+    double *size = malloc((3 * (size_t)bins->count + 1) * sizeof *size);
+    double sum = 0, weights = 0;
+    int n = 0;
+    for (int i = 0; size && i < bins->count; i++)
+        for (int c = 0; c < 3; c++) {
+            const struct bin *b = &bins->bin[i];
+            if (isnan(b->swapped[c]) || !(b->mean[c] > 0) || !(b->swapped_noise[c] > 0))
+                continue;
+            double relative = b->swapped[c] / b->mean[c], noise = b->swapped_noise[c] / b->mean[c];
+            double w = 1 / (square(noise) + 1e-6);  // none is trusted beyond 0.1 %
+            sum += w * relative;
+            weights += w;
+            k->reciprocity.chi2 += fmin(16, square(relative / noise));
+            size[n++] = fabs(relative);
+        }
+    if (n > 0) {
+        k->reciprocity.bins = n / 3;
+        k->reciprocity.chi2 /= n;
+        k->reciprocity.mean = sum / weights;
+        // What scatters more than its noise is less certain by that much (Birge 1932).
+        k->reciprocity.sigma = sqrt(fmax(1, k->reciprocity.chi2) / weights);
+        k->reciprocity.typical = rec_quantile(size, n, 0.5);
+    }
+    free(size);
+}
+
+static int band_of(int bin)
+{
+    vec3 wi, wo;
+    rec_directions(rec_merl_center(bin), &wi, &wo);
+    int band = (int)(acos(fmax(0, fmin(wi.z, wo.z))) / (CAP_PI / 2) * COVERAGE_BANDS);
+    return band < COVERAGE_BANDS ? band : COVERAGE_BANDS - 1;
+}
+
+static void check_coverage(struct checks *k, const struct bins *bins)
+{
+    for (int bin = 0; bin < MERL_BINS; bin++)
+        if (rec_merl_above(bin))
+            k->coverage[band_of(bin)].bins++;
+    for (int i = 0; i < bins->count; i++)
+        if (rec_merl_above(bins->bin[i].index))
+            k->coverage[band_of(bins->bin[i].index)].measured++;
+}
+
+struct checks rec_checks(const struct bins *bins, const struct census *census,
+                         const struct merl *table)
+{
+    static const double theta_deg[ALBEDO_ANGLES] = {0, 15, 30, 45, 60, 75, 85};
+    struct checks k = {
+        .isotropy = rec_unevenness(census->residuals.grain, GRAIN_CELLS),
+        .homogeneity = rec_unevenness(census->residuals.place, PLACE_CELLS),
+    };
+    double seen = (double)(census->photosites[FATE_USED] + census->photosites[FATE_STRAY]);
+    k.stray = seen > 0 ? (double)census->photosites[FATE_STRAY] / seen : 0;
+    check_reciprocity(&k, bins);
+    check_coverage(&k, bins);
+    for (int i = 0; i < ALBEDO_ANGLES; i++) {
+        k.albedo[i].theta_i_deg = theta_deg[i];
+        rec_table_albedo(k.albedo[i].albedo, table, theta_deg[i] * CAP_PI / 180);
+    }
+    return k;
+}
+
+// Larger than 2 % and than what chance makes of nothing.
+static bool uneven(const unevenness *u)
+{
+    return u->cells > 0 && u->rms > 0.02 && u->rms > 4 * u->sigma;
+}
+
+void rec_checks_warn(const struct checks *k, struct run *run)
+{
+    if (k->stray > 0.01)
+        cap_warn(run,
+                 "%.1f %% of the photosites disagree with their neighbours and were left out: look "
+                 "for dust, scratches, flare, or something that stands before the sample",
+                 100 * k->stray);
+    if (fabs(k->reciprocity.mean) > 0.01 + 3 * k->reciprocity.sigma)
+        cap_warn(run,
+                 "light and camera are not interchangeable: %.1f %% +- %.1f %% on average; is the "
+                 "lamp where it was found, and has it moved?",
+                 100 * k->reciprocity.mean, 100 * k->reciprocity.sigma);
+    if (uneven(&k->isotropy))
+        cap_warn(run,
+                 "reflectance changes by %.1f %% with the azimuth on the sample: it has a grain, "
+                 "which an isotropic table averages over",
+                 100 * k->isotropy.rms);
+    if (uneven(&k->homogeneity))
+        cap_warn(run,
+                 "reflectance changes by %.1f %% from place to place on the sample: is it clean, "
+                 "even and opaque, and the room dark?",
+                 100 * k->homogeneity.rms);
+    for (int i = 0; i < ALBEDO_ANGLES; i++)
+        for (int c = 0; c < 3; c++)
+            if (k->albedo[i].albedo[c] > 1.02 && k->albedo[i].theta_i_deg < 80) {
+                cap_warn(run,
+                         "the sample returns %.0f %% of the light from %g degrees: is the "
+                         "reference's albedo right?",
+                         100 * k->albedo[i].albedo[c], k->albedo[i].theta_i_deg);
+                return;
+            }
+}

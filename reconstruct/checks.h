@@ -1,0 +1,33 @@
+/* checks.h -- is it physics? What a run found about its material and its measurement. */
+#ifndef GONIOCAM_CHECKS_H
+#define GONIOCAM_CHECKS_H
+
+#include "gather.h"
+
+enum { ALBEDO_ANGLES = 7, COVERAGE_BANDS = 9 };
+
+struct checks {
+    // f(wi, wo) against f(wo, wi), over bins that hold both kinds and channels.
+    struct {
+        int bins;
+        double mean, sigma;  // of the relative difference, signed
+        double typical;      // its median size
+        double chi2;         // mean of (difference / its noise)^2, outliers at most 16
+    } reciprocity;
+    unevenness isotropy, homogeneity;
+    struct {
+        double theta_i_deg, albedo[3];
+    } albedo[ALBEDO_ANGLES];
+    // By the larger of theta_i and theta_o, in bands of 10 degrees.
+    struct {
+        int bins, measured;
+    } coverage[COVERAGE_BANDS];
+    double stray;  // part of the photosites that were left out because neighbours disagree
+};
+
+struct checks rec_checks(const struct bins *bins, const struct census *census,
+                         const struct merl *table);
+/** Tell the person what to look at. */
+void rec_checks_warn(const struct checks *checks, struct run *run);
+
+#endif
