@@ -273,6 +273,7 @@ void cap_capture_free(struct capture *capture)
     free(capture->photo);
     free(capture->shot);
     free(capture->camera);
+    free(capture->response_file);
     free(capture->flat);
     free(capture->dark);
     free(capture->ambient);

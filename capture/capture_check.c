@@ -6,6 +6,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 // A ruler and a pocket calculator give axes to three digits.
 static const double axis_tolerance = 1e-3;
@@ -209,14 +210,24 @@ static enum status check_response(struct capture *capture, const struct capture_
                                   struct error *err)
 {
     const char *name = yaml->root->response;
-    capture->response = RESPONSE_SRGB;
-    if (!name || strcmp(name, "srgb") == 0)
+    capture->response = RESPONSE_RECOVER;
+    if (!name || strcmp(name, "recover") == 0)
         return STATUS_OK;
-    if (strcmp(name, "linear") != 0)
+    capture->response = strcmp(name, "srgb") == 0     ? RESPONSE_SRGB
+                        : strcmp(name, "linear") == 0 ? RESPONSE_LINEAR
+                                                      : RESPONSE_FILE;
+    if (capture->response != RESPONSE_FILE)
+        return STATUS_OK;
+    char *path = cap_path(capture->folder, name);
+    bool there = path && access(path, R_OK) == 0;
+    free(path);
+    if (!there)
         return yaml_source_fail(&yaml->source, err, "response",
-                                "'%s' is not supported yet; use srgb or linear", name);
-    capture->response = RESPONSE_LINEAR;
-    return STATUS_OK;
+                                "'%s' is none of recover, srgb and linear, and no file in the "
+                                "capture's folder",
+                                name);
+    capture->response_file = strdup(name);
+    return capture->response_file ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%s", name);
 }
 
 static enum status check_noise(struct capture *capture, const struct capture_yaml *yaml,

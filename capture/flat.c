@@ -11,6 +11,7 @@
  */
 #include "flat.h"
 #include "bracket.h"
+#include "solve.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -41,32 +42,6 @@ static void basis(double x, double y, double term[FLAT_TERMS])
     for (int j = 0; j <= FLAT_DEGREE; j++)
         for (int i = 0; i + j <= FLAT_DEGREE; i++)
             term[k++] = tx[i] * ty[j];
-}
-
-/* Solve A x = b, A symmetric positive definite, by Cholesky's method; b becomes x. */
-static bool solve(double a[FLAT_TERMS][FLAT_TERMS], double b[FLAT_TERMS])
-{
-    for (int i = 0; i < FLAT_TERMS; i++) {
-        for (int j = 0; j <= i; j++) {
-            double sum = a[i][j];
-            for (int k = 0; k < j; k++)
-                sum -= a[i][k] * a[j][k];
-            if (i == j && !(sum > 0))
-                return false;
-            a[i][j] = i == j ? sqrt(sum) : sum / a[j][j];
-        }
-    }
-    for (int i = 0; i < FLAT_TERMS; i++) {
-        for (int k = 0; k < i; k++)
-            b[i] -= a[i][k] * b[k];
-        b[i] /= a[i][i];
-    }
-    for (int i = FLAT_TERMS - 1; i >= 0; i--) {
-        for (int k = i + 1; k < FLAT_TERMS; k++)
-            b[i] -= a[k][i] * b[k];
-        b[i] /= a[i][i];
-    }
-    return true;
 }
 
 /* Means of cells, and where their centres are. */
@@ -127,7 +102,7 @@ static bool fit_channel(double coefficient[FLAT_TERMS], const struct cells *cell
                 a[i][j] += term[i] * term[j];
         }
     }
-    if (!solve(a, b))
+    if (!solve_spd(&a[0][0], b, FLAT_TERMS))
         return false;
     memcpy(coefficient, b, sizeof b);
     for (int k = 0; k < cells->count; k++) {
@@ -237,8 +212,8 @@ static void add_mosaic_row(float *cells, const float *row, int width, const char
 }
 
 /* The flat frame, less black: [height][width][3], of a mosaic [height/2][width/2][3]. */
-static enum status read_image(float **image, struct photo_file *file, const struct capture *capture,
-                              const struct sensor *sensor, struct error *err)
+static enum status read_image(float **image, struct photo_file *file, const struct sensor *sensor,
+                              const struct curve *curve, struct error *err)
 {
     const struct photo *info = &file->info;
     bool mosaic = info->channels == 1;
@@ -246,14 +221,12 @@ static enum status read_image(float **image, struct photo_file *file, const stru
     float *row = malloc(count * sizeof *row);
     float *made = calloc(3 * width * (size_t)info->height, sizeof *made);
     enum status status = row && made ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%s", file->path);
-    struct curve curve;
-    response_known(&curve, capture->response);
     for (int y = 0; y < info->height && !status; y++) {
         status = photo_read(file, row, 1, err);
         for (size_t i = 0; i < count && !status; i++) {
             char letter = mosaic ? info->cfa[2 * (y % 2) + (int)(i % 2)] : 0;
             size_t c = !mosaic ? i % 3 : letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
-            float dn = info->encoded ? curve.dn[c][(unsigned char)row[i]] : row[i];
+            float dn = info->encoded ? curve->dn[c][(unsigned char)row[i]] : row[i];
             saturated += (double)dn >= sensor->usable[c];
             row[i] = dn - (float)sensor->black[c];
         }
@@ -285,7 +258,7 @@ static bool to_photosites(struct flat *flat, int width, int height)
 }
 
 enum status flat_fit(struct flat *flat, const struct capture *capture, const struct sensor *sensor,
-                     int camera, char cfa[5], struct error *err)
+                     const struct curve *curve, int camera, char cfa[5], struct error *err)
 {
     const struct camera_kind *kind = &capture->camera[camera];
     struct photo_file *file = NULL;
@@ -300,7 +273,7 @@ enum status flat_fit(struct flat *flat, const struct capture *capture, const str
                           "photographs have %d x %d",
                           path, file->info.width, file->info.height, kind->width, kind->height);
     if (!status)
-        status = read_image(&image, file, capture, sensor, err);
+        status = read_image(&image, file, sensor, curve, err);
     int cell = !status && file->info.channels == 1 ? 2 : 1;
     if (!status && !flat_fit_image(&made, image, kind->width / cell, kind->height / cell))
         status = cap_fail(err, STATUS_DATA, "%s: the flat frame is too dark or too small", path);

@@ -4,14 +4,15 @@
 #include <string.h>
 
 enum status frames_make(struct frames *frames, const struct capture *capture,
-                        const struct sensor *sensor, int camera, struct error *err)
+                        const struct learned *learned, int camera, struct error *err)
 {
     struct frames made = {0};
     if (!capture->flat) {
         *frames = made;
         return STATUS_OK;
     }
-    enum status status = flat_fit(&made.flat, capture, sensor, camera, made.cfa, err);
+    enum status status =
+        flat_fit(&made.flat, capture, &learned->sensor, &learned->curve, camera, made.cfa, err);
     made.has_flat = !status;
     if (!status)
         *frames = made;

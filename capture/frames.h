@@ -4,6 +4,7 @@
 
 #include "flat.h"
 #include "merge.h"
+#include "sensor.h"
 
 /** Corrections of one camera; {0} has none. Release with frames_free(). */
 struct frames {
@@ -12,7 +13,7 @@ struct frames {
     char cfa[5];
 };
 enum status frames_make(struct frames *frames, const struct capture *capture,
-                        const struct sensor *sensor, int camera, struct error *err);
+                        const struct learned *learned, int camera, struct error *err);
 void frames_free(struct frames *frames);
 /** Bytes of room that a row of `count` values needs. */
 size_t frames_room(int count);

@@ -4,6 +4,7 @@
  * map carries a hash of what it was made from, so that a second run keeps it.
  */
 #include "merge_shot.h"
+#include "recover.h"
 #include "hash.h"
 
 #include <stdlib.h>
@@ -155,8 +156,22 @@ static void free_lessons(struct lessons *lessons, int cameras)
     free(lessons->seconds);
 }
 
-static enum status learn(struct lessons *lessons, const struct capture *capture, struct run *run,
-                         struct error *err)
+/* OUT/response.txt, or response_CAMERA.txt: to be given as `response:` another time. */
+static enum status save_curve(const struct learned *learned, const struct capture *capture,
+                              int camera, const char *out, struct error *err)
+{
+    char *path = NULL;
+    if (asprintf(&path, capture->cameras > 1 ? "%s/response_%s.txt" : "%s/response.txt", out,
+                 capture->camera[camera].name)
+        < 0)
+        return cap_fail(err, STATUS_MEMORY, "%s", out);
+    enum status status = response_write(&learned->curve, path, err);
+    free(path);
+    return status;
+}
+
+static enum status learn(struct lessons *lessons, const struct capture *capture, const char *out,
+                         struct run *run, struct error *err)
 {
     size_t cameras = (size_t)capture->cameras;
     lessons->learned = calloc(cameras, sizeof *lessons->learned);
@@ -170,8 +185,10 @@ static enum status learn(struct lessons *lessons, const struct capture *capture,
     enum status status = STATUS_OK;
     for (int k = 0; k < capture->cameras && !status; k++) {
         status = sensor_learn(&lessons->learned[k], lessons->seconds, capture, k, run, err);
+        if (!status && lessons->learned[k].recovered)
+            status = save_curve(&lessons->learned[k], capture, k, out, err);
         if (!status)
-            status = frames_make(&lessons->frames[k], capture, &lessons->learned[k].sensor, k, err);
+            status = frames_make(&lessons->frames[k], capture, &lessons->learned[k], k, err);
     }
     return status;
 }
@@ -189,7 +206,7 @@ enum status cap_merge(const struct capture *capture, const char *out, struct sen
     if (!status)
         status = cap_make_folder(folder, err);
     if (!status)
-        status = learn(&lessons, capture, run, err);
+        status = learn(&lessons, capture, out, run, err);
     struct job job = {.capture = capture,
                       .folder = folder,
                       .learned = lessons.learned,

@@ -1,6 +1,7 @@
 /* sensor.c -- what the merge has to know of a camera, learned from a sample of its photographs. */
 #include "sensor.h"
 #include "photo.h"
+#include "recover.h"
 #include "sample.h"
 #include "times.h"
 
@@ -67,6 +68,45 @@ static void linearise(struct sample_set *set, const struct curve *response)
         }
 }
 
+/* The curve of encoded photographs, as capture.yaml wants it. */
+static enum status find_curve(struct learned *learned, const struct capture *capture,
+                              const struct sample_set *set, struct run *run, struct error *err)
+{
+    if (capture->response == RESPONSE_FILE) {
+        char *path = cap_path(capture->folder, capture->response_file);
+        enum status status = path ? response_read(&learned->curve, path, err)
+                                  : cap_fail(err, STATUS_MEMORY, "%s", capture->response_file);
+        free(path);
+        return status;
+    }
+    if (capture->response == RESPONSE_RECOVER) {
+        learned->recovered = response_recover(&learned->curve, set);
+        if (learned->recovered)
+            return STATUS_OK;
+        cap_warn(run, "no bracket of exposure times tells the photographs' response curve; it is "
+                      "taken to be sRGB's: give `response: linear` or a file if it is not");
+    }
+    response_known(&learned->curve,
+                   capture->response == RESPONSE_LINEAR ? RESPONSE_LINEAR : RESPONSE_SRGB);
+    return STATUS_OK;
+}
+
+/* Levels and times depend on each other weakly: dark photosites tell one, bright ones the other. */
+static void find_times(double *seconds, const double *stated, const struct capture *capture,
+                       struct sample_set *set, const struct sensor_known *known)
+{
+    enum { ROUNDS = 3 };
+    for (int round = 0; round < ROUNDS; round++) {
+        struct sensor rough = {0};
+#pragma omp parallel for num_threads(3)
+        for (int c = 0; c < 3; c++) {
+            struct sensor_doubts mine = {0};
+            sensor_find_levels(&rough, c, set->channel[c], set->samples, known, &mine);
+        }
+        times_estimate(seconds, stated, capture->photos, set, &rough);
+    }
+}
+
 enum status sensor_learn(struct learned *learned, double *seconds, const struct capture *capture,
                          int camera, struct run *run, struct error *err)
 {
@@ -75,18 +115,27 @@ enum status sensor_learn(struct learned *learned, double *seconds, const struct 
     struct sensor_doubts doubts = {0};
     struct learned made = {.encoded = photo->encoded};
     struct sample_set set = {0};
+    double *stated = malloc((size_t)capture->photos * sizeof *stated);
+    if (!stated)
+        return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+    memcpy(stated, seconds, (size_t)capture->photos * sizeof *stated);
     enum status status = sample_read(&set, capture, camera, seconds, run, err);
-    if (status)
-        return status;
-    if (made.encoded) {
-        response_known(&made.curve, capture->response);
+    if (!status && made.encoded)
+        status = find_curve(&made, capture, &set, run, err);
+    if (!status && made.encoded)
         linearise(&set, &made.curve);
+    else if (!status)
+        find_times(seconds, stated, capture, &set, &known);
+    if (!status) {
+        sensor_from_samples(&made.sensor, set.channel, set.samples, &known, &doubts);
+        for (int c = 0; c < 3 && made.encoded; c++)
+            made.sensor.relative[c] = made.curve.relative[c];
+        tell_doubts(&doubts, &known, run);
+        *learned = made;
     }
-    sensor_from_samples(&made.sensor, set.channel, set.samples, &known, &doubts);
     sample_free(&set);
-    tell_doubts(&doubts, &known, run);
-    *learned = made;
-    return STATUS_OK;
+    free(stated);
+    return status;
 }
 
 enum status cap_sensor_find(struct sensor *sensor, const struct capture *capture, int camera,

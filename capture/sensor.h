@@ -42,7 +42,7 @@ void sensor_from_samples(struct sensor *sensor, struct bracket_sample *const sam
 struct learned {
     struct sensor sensor;
     struct curve curve;  // where encoded
-    bool encoded;
+    bool encoded, recovered;
 };
 
 /** Learn camera `camera` from its photographs. seconds[] ([capture->photos]) hold their times as

@@ -247,7 +247,7 @@ struct light_place {
 };
 
 /** How the numbers of encoded photographs become linear. */
-enum response { RESPONSE_LINEAR, RESPONSE_SRGB };
+enum response { RESPONSE_RECOVER, RESPONSE_SRGB, RESPONSE_LINEAR, RESPONSE_FILE };
 
 /** One photograph: what its file says of itself. Numbers that are not known are 0. */
 struct photo {
@@ -302,6 +302,7 @@ struct capture {
     int cameras;
     char *flat, *dark, *ambient;  // file names, or NULL
     enum response response;       // of encoded photographs
+    char *response_file;          // of RESPONSE_FILE, within the folder; else NULL
     double black, white;          // DN, from `noise`; NAN: find them
     double gain, read_noise;      // electrons a DN, electrons; NAN: find them
 };
