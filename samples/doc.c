@@ -127,6 +127,16 @@ void sam_doc_wrong(struct doc *doc, doc_node node, const char *format, ...)
              n ? n->start_mark.line + 1 : (size_t)1, story);
 }
 
+char *sam_doc_beside(const struct doc *doc, const char *file)
+{
+    const char *slash = strrchr(doc->path, '/');
+    if (file[0] == '/' || !slash)
+        return strdup(file);
+    char *path = NULL;
+    int folder = (int)(slash - doc->path);
+    return asprintf(&path, "%.*s/%s", folder, doc->path, file) < 0 ? NULL : path;
+}
+
 doc_node sam_doc_root(const struct doc *doc)
 {
     assert(node_of(doc, 1));

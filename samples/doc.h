@@ -28,6 +28,10 @@ bool sam_doc_fine(const struct doc *doc);
 void sam_doc_wrong(struct doc *doc, doc_node node, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
+/** The path of a file that the document names, from the document's folder; free() it. NULL: out of
+ *  memory. */
+char *sam_doc_beside(const struct doc *doc, const char *file);
+
 doc_node sam_doc_root(const struct doc *doc);
 /** The value of a key of a mapping; 0 when it is not there. */
 doc_node sam_doc_get(struct doc *doc, doc_node map, const char *key);

@@ -6,6 +6,7 @@
 #include "place.h"
 #include "random.h"
 #include "scene_board.h"
+#include "scene_material.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -191,23 +192,6 @@ static bool read_lamps(struct scene *scene, struct doc *doc, doc_node root)
 
 // ---- the sample
 
-static void read_material(struct scene_sample *sample, struct doc *doc, doc_node node)
-{
-    const char *name = sam_doc_text(doc, node, "model", NULL);
-    sample->model = rec_model_find(name);
-    if (!sample->model) {
-        if (sam_doc_fine(doc))
-            sam_doc_wrong(doc, sam_doc_get(doc, node, "model"), "model: none is called '%s'", name);
-        return;
-    }
-    double *value = sample->parameter;
-    for (const struct parameter *p = sample->model->parameter; p->name; p++) {
-        sam_doc_need(doc, node, p->name);
-        sam_doc_numbers(doc, node, p->name, value, p->size, true, p->low, p->high);
-        value += p->size;
-    }
-}
-
 static void read_sample(struct scene_sample *sample, struct doc *doc, doc_node node)
 {
     struct sample_place *place = &sample->place;
@@ -228,7 +212,7 @@ static void read_sample(struct scene_sample *sample, struct doc *doc, doc_node n
         sample->nominal = *place;
     }
     sample->nominal.center = sam_doc_vec3(doc, node, "nominal_center", place->center);
-    read_material(sample, doc, sam_doc_need(doc, node, "material"));
+    sam_read_material(&sample->material, doc, sam_doc_need(doc, node, "material"), false);
 }
 
 // ---- the whole
@@ -272,6 +256,7 @@ static bool read_all(struct scene *scene, struct doc *doc)
     read_camera(scene, doc, sam_doc_need(doc, root, "camera"));
     read_sensor(&scene->sensor, doc, sam_doc_get(doc, root, "sensor"));
     read_format(scene, doc, root);
+    sam_doc_text(doc, root, "materials", "");  // asked for where a material needs it
     read_sample(&scene->sample, doc, sam_doc_need(doc, root, "sample"));
     doc_node post = sam_doc_get(doc, root, "post");
     scene->post.radius = sam_doc_number(doc, post, "radius", 0, 0, 1e6);
@@ -318,6 +303,7 @@ void sam_scene_free(struct scene *scene)
 {
     free(scene->exposure);
     free(scene->lamp);
+    sam_material_free(&scene->sample.material);
     free(scene->board.tag);
     free(scene->patch);
     free(scene->shot);

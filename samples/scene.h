@@ -5,7 +5,7 @@
 #ifndef GONIOCAM_SAMPLES_SCENE_H
 #define GONIOCAM_SAMPLES_SCENE_H
 
-#include "reconstruct.h"
+#include "material.h"
 
 enum { SCENE_NAME = 64, PATCHES_MAX = 16 };
 
@@ -58,8 +58,7 @@ struct scene_lamp {
 struct scene_sample {
     struct sample_place place;    // where it is
     struct sample_place nominal;  // where capture.yaml says it is
-    const struct model *model;
-    double parameter[MODEL_PARAMETERS_MAX];
+    struct material material;
 };
 
 /** A grey sheet with printed tags on paper. The paper's surface is the plane of the tags; the

@@ -71,9 +71,8 @@ void sam_reflectance(const struct world *world, const struct spot *spot, vec3 wi
     const struct scene_sample *sample = &world->scene->sample;
     vec3 x, y, z = spot->normal;  // any tangent will do
     sam_frame(z, &x, &y);
-    sample->model->eval(sample->parameter,
-                        (vec3){vec3_dot(wi, x), vec3_dot(wi, y), vec3_dot(wi, z)},
-                        (vec3){vec3_dot(wo, x), vec3_dot(wo, y), vec3_dot(wo, z)}, f);
+    sam_material_eval(&sample->material, (vec3){vec3_dot(wi, x), vec3_dot(wi, y), vec3_dot(wi, z)},
+                      (vec3){vec3_dot(wo, x), vec3_dot(wo, y), vec3_dot(wo, z)}, f);
 }
 
 void sam_shade(const struct shot_view *view, const struct spot *spot, enum lit lit, vec3 wo,
@@ -106,7 +105,7 @@ void sam_ambient_albedo(const struct scene_sample *sample, double albedo[AMBIENT
             int i = part / N, j = part % N;
             double cos2 = (i + 0.5) / N, phi = 2 * CAP_PI * (j + 0.5) / N, f[3];
             vec3 wi = {sqrt(1 - cos2) * cos(phi), sqrt(1 - cos2) * sin(phi), sqrt(cos2)};
-            sample->model->eval(sample->parameter, wi, wo, f);
+            sam_material_eval(&sample->material, wi, wo, f);
             for (int c = 0; c < 3; c++)
                 sum[c] += f[c] * CAP_PI / (N * N);
         }

@@ -128,11 +128,11 @@ static json_t *radii(const struct scene *scene)
 
 // ---- the material, in the judge's words where it has them
 
-/** Where a parameter of a model begins; -1: it has none of that name. */
-static const double *parameter(const struct scene_sample *sample, const char *name)
+/** Where a parameter of a model begins; NULL: it has none of that name. */
+static const double *parameter(const struct material_part *part, const char *name)
 {
-    const double *value = sample->parameter;
-    for (const struct parameter *p = sample->model->parameter; p->name; p++) {
+    const double *value = part->parameter;
+    for (const struct parameter *p = part->model->parameter; p->name; p++) {
         if (strcmp(p->name, name) == 0)
             return value;
         value += p->size;
@@ -144,10 +144,10 @@ static const double *parameter(const struct scene_sample *sample, const char *na
 static const double MIX = 0.5;
 
 /** The type by which the judge knows the material; NULL: it does not. */
-static const char *judge_type(const struct scene_sample *sample)
+static const char *judge_type(const struct material_part *part)
 {
-    const char *name = sample->model->name;
-    const double *albedo = parameter(sample, "albedo"), *edge = parameter(sample, "edge");
+    const char *name = part->model->name;
+    const double *albedo = parameter(part, "albedo"), *edge = parameter(part, "edge");
     bool constant = edge && edge[0] == 0;
     bool lobe_only = albedo && albedo[0] + albedo[1] + albedo[2] == 0;
     if (strcmp(name, "lambert") == 0)
@@ -167,44 +167,62 @@ static json_t *scaled(const double *colour, double factor)
 }
 
 /** What the judge calls by other names, over the model's own. */
-static void add_judge_keys(json_t *map, const struct scene_sample *sample, const char *type)
+static void add_judge_keys(json_t *map, const struct material_part *part, const char *type)
 {
-    const double *f0 = parameter(sample, "f0");
+    const double *f0 = parameter(part, "f0");
     if (!f0)
         return;
     bool mix = strcmp(type, "mix") == 0;
     json_object_set_new(map, "color", scaled(f0, mix ? 1 / MIX : 1));
     if (mix) {
-        json_object_set_new(map, "albedo", scaled(parameter(sample, "albedo"), 1 / (1 - MIX)));
+        json_object_set_new(map, "albedo", scaled(parameter(part, "albedo"), 1 / (1 - MIX)));
         json_object_set_new(map, "factor", json_real(MIX));
-        bool ggx = strncmp(sample->model->name, "ggx", 3) == 0;
+        bool ggx = strncmp(part->model->name, "ggx", 3) == 0;
         json_object_set_new(map, "distribution", json_string(ggx ? "ggx" : "beckmann"));
     }
 }
 
-/** Every parameter under its own name, then as the judge wants it. */
-static json_t *material(const struct scene_sample *sample)
+/** Every parameter under its own name, then as the judge wants it. A table's values are in
+ *  truth.binary, when the scene asks for it. */
+static json_t *material_part(const struct material_part *part)
 {
+    static const double one[3] = {1, 1, 1};
     json_t *map = json_object();
-    const char *type = judge_type(sample);
-    const double *value = sample->parameter;
-    json_object_set_new(map, "type", json_string(type ? type : sample->model->name));
-    json_object_set_new(map, "model", json_string(sample->model->name));
-    for (const struct parameter *p = sample->model->parameter; p->name; p++) {
+    bool whole = memcmp(part->scale, one, sizeof one) == 0;
+    const char *type = part->model && whole ? judge_type(part) : NULL;
+    json_object_set_new(map, "type", json_string(type ? type : part->model ? "model" : "table"));
+    if (!whole)
+        json_object_set_new(map, "scale", numbers(part->scale, 3));
+    if (!part->model)
+        return map;
+    const double *value = part->parameter;
+    json_object_set_new(map, "model", json_string(part->model->name));
+    for (const struct parameter *p = part->model->parameter; p->name; p++) {
         json_object_set_new(map, p->name, p->size == 1 ? json_real(*value) : numbers(value, 3));
         value += p->size;
     }
     if (type)
-        add_judge_keys(map, sample, type);
+        add_judge_keys(map, part, type);
     return map;
+}
+
+static json_t *material(const struct material *m)
+{
+    if (m->parts == 1 && !sam_material_mirrors(m))
+        return material_part(&m->part[0]);
+    json_t *parts = json_array();
+    for (int i = 0; i < m->parts; i++)
+        json_array_append_new(parts, material_part(&m->part[i]));
+    return json_pack("{s:s, s:o, s:o}", "type", "sum", "parts", parts, "mirror",
+                     numbers(m->mirror, 3));
 }
 
 static json_t *sample(const struct scene_sample *s)
 {
     bool sphere = s->place.shape == SHAPE_SPHERE;
-    json_t *map =
-        json_pack("{s:s, s:o, s:f, s:o}", "kind", sphere ? "sphere" : "cylinder", "center",
-                  point(s->place.center), "radius", s->place.radius, "material", material(s));
+    json_t *map = json_pack("{s:s, s:o, s:f, s:o}", "kind", sphere ? "sphere" : "cylinder",
+                            "center", point(s->place.center), "radius", s->place.radius, "material",
+                            material(&s->material));
     if (!sphere) {
         json_object_set_new(map, "axis", point(s->place.axis));
         json_object_set_new(map, "length", json_real(s->place.height));

@@ -14,7 +14,7 @@ enum status sam_truth_table_write(const struct scene_sample *sample, const char 
         if (rec_merl_above(bin)) {
             vec3 wi, wo;
             rec_directions(rec_merl_center(bin), &wi, &wo);
-            sample->model->eval(sample->parameter, wi, wo, f);
+            sam_material_eval(&sample->material, wi, wo, f);
         }
         for (size_t c = 0; c < 3; c++)
             table.value[c * MERL_BINS + (size_t)bin] = f[c];

@@ -4,6 +4,7 @@
 
 static struct scene_lamp sun = {
     .kind = LAMP_DISTANT, .direction = {0, 0.8660254037844386, 0.5}, .intensity = {2, 1, 0.5}};
+static const double colour[] = {0.9, 0.6, 0.3};
 static struct scene_shot shot = {.power = 1};
 
 /** A matt ball high over an even sheet, under a low sun: its shadow falls beside the sheet. */
@@ -16,8 +17,7 @@ static struct scene ball_over_sheet(double radius, double height, double side)
         .shots = 1,
         .bounces = 1,
         .sample = {.place = {.shape = SHAPE_SPHERE, .radius = radius, .center = {0, 0, height}},
-                   .model = rec_model_find("lambert"),
-                   .parameter = {0.9, 0.6, 0.3}},
+                   .material = sam_material(rec_model_find("lambert"), colour)},
         .board = {.size = {side, side}, .albedo = 0.5, .family = "tag16h5", .thickness = 0.001},
     };
     return scene;
@@ -54,8 +54,8 @@ static void test_a_square_sheet_lights_the_ball(void **state)
     double rgb[3] = {0, 0, 0};
     sam_bounce_add(&bounce, &bottom, rgb);
     for (int c = 0; c < 3; c++) {
-        double expected = scene.sample.parameter[c] / CAP_PI * view_factor(120, 90 + 0.001) * 0.5
-                          * sun.intensity[c] * 0.5;
+        double expected =
+            colour[c] / CAP_PI * view_factor(120, 90 + 0.001) * 0.5 * sun.intensity[c] * 0.5;
         assert_near(rgb[c], expected, 1e-3 * expected);
     }
     sam_bounce_free(&bounce);
@@ -81,8 +81,8 @@ static void test_the_ball_lights_the_sheet(void **state)
         vec3 to = vec3_sub(places[i], scene.sample.place.center);
         double d = vec3_length(to), a = acos(vec3_dot(to, sun.direction) / d);
         for (int c = 0; c < 3; c++) {
-            double intensity = 2.0 / 3 * scene.sample.parameter[c] / CAP_PI * sun.intensity[c]
-                               * 0.01 * (sin(a) + (CAP_PI - a) * cos(a));
+            double intensity = 2.0 / 3 * colour[c] / CAP_PI * sun.intensity[c] * 0.01
+                               * (sin(a) + (CAP_PI - a) * cos(a));
             double expected = 0.5 / CAP_PI * intensity * 100 / (d * d * d);
             // The ball is 1e-3 of the distance in radius, which shifts its crescent by twice that.
             assert_near(rgb[c], expected, 3e-3 * expected);

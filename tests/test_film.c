@@ -68,9 +68,9 @@ static bool closed_form(const struct scene *scene, const struct scene_shot *shot
     if (vec3_dot(wi, n) <= 0 || vec3_dot(wo, n) <= 0)
         return false;
     sam_frame(n, &tx, &ty);
-    sample->model->eval(sample->parameter,
-                        (vec3){vec3_dot(wi, tx), vec3_dot(wi, ty), vec3_dot(wi, n)},
-                        (vec3){vec3_dot(wo, tx), vec3_dot(wo, ty), vec3_dot(wo, n)}, rgb);
+    sam_material_eval(&sample->material,
+                      (vec3){vec3_dot(wi, tx), vec3_dot(wi, ty), vec3_dot(wi, n)},
+                      (vec3){vec3_dot(wo, tx), vec3_dot(wo, ty), vec3_dot(wo, n)}, rgb);
     for (int c = 0; c < 3; c++)
         rgb[c] *= scene->lamp[shot->lamp].intensity[c] * shot->power * vec3_dot(wi, n) / (r * r);
     return true;
@@ -137,7 +137,7 @@ static void test_sample_shows_the_closed_form(void **state)
 static void test_a_narrow_highlight_too(void **state)
 {
     struct fixture *f = *state;
-    double *alpha = &f->scene.sample.parameter[3], before = *alpha;
+    double *alpha = &f->scene.sample.material.part[0].parameter[3], before = *alpha;
     *alpha = 0.03;
     assert_true(rms_error(f, &f->scene.shot[0]) < 1e-4);
     *alpha = before;
@@ -244,9 +244,8 @@ static void test_a_cylinder_shows_the_closed_form(void **state)
         assert_near(vec3_length(vec3_sub(spot.point, p)), 0, 1e-9);
         sam_shade(&view, &spot, sam_lit(&view, &spot, wo), wo, rgb);
         sam_frame(across, &x, &y);
-        scene.sample.model->eval(scene.sample.parameter,
-                                 (vec3){vec3_dot(wi, x), vec3_dot(wi, y), cos_i},
-                                 (vec3){vec3_dot(wo, x), vec3_dot(wo, y), cos_o}, f_rgb);
+        sam_material_eval(&scene.sample.material, (vec3){vec3_dot(wi, x), vec3_dot(wi, y), cos_i},
+                          (vec3){vec3_dot(wo, x), vec3_dot(wo, y), cos_o}, f_rgb);
         double expected = f_rgb[1] * view.light.intensity[1] * cos_i / vec3_dot(to, to);
         assert_near(rgb[1], expected, 1e-9 * expected);
     }
@@ -271,12 +270,13 @@ static void test_paper_is_matt(void **state)
 static void test_ambient_light(void **state)
 {
     struct fixture *f = *state;
-    struct scene_sample matt = {.model = rec_model_find("lambert"), .parameter = {0.2, 0.5, 1}};
+    const double white[] = {0.2, 0.5, 1};
+    struct scene_sample matt = {.material = sam_material(rec_model_find("lambert"), white)};
     double albedo[AMBIENT_ANGLES][3];
     sam_ambient_albedo(&matt, albedo);
     struct scene scene = f->scene;
     struct world world = f->world;
-    scene.sample.model = matt.model;
+    scene.sample.material = matt.material;
     scene.ambient[0] = scene.ambient[1] = scene.ambient[2] = 3;
     world.scene = &scene;
     struct shot_view view = sam_shot_view(&world, &f->scene.shot[0]);
@@ -286,7 +286,7 @@ static void test_ambient_light(void **state)
         double angle = i * CAP_PI / 180, rgb[3] = {0, 0, 0};
         sam_ambient_add(&view, &spot, (vec3){sin(angle), 0, cos(angle)}, rgb);
         for (int c = 0; c < 3; c++)
-            assert_near(rgb[c], 3 * matt.parameter[c], 1e-12);
+            assert_near(rgb[c], 3 * white[c], 1e-12);
     }
 }
 

@@ -104,7 +104,7 @@ static void test_what_is_read(void **state)
     assert_int_equal(s.lamp[1].kind, LAMP_DISTANT);
     assert_near(s.lamp[1].direction.z, 0.8, 1e-15);
     assert_near(s.sample.place.center.x, 1, 0);
-    assert_near(s.sample.parameter[4], 1.5, 0);
+    assert_near(s.sample.material.part[0].parameter[4], 1.5, 0);
     assert_int_equal(s.board.tags, 4);
     assert_near(s.board.margin, 2, 1e-12);         // one bit of eight
     assert_near(s.board.tag[0].center.x, -15, 0);  // the first tag is at the top left

@@ -35,7 +35,7 @@ static struct scene board_scene(const char *family, double size, struct tag_plac
         .shot = &shot,
         .shots = 1,
         .sample = {.place = {.shape = SHAPE_SPHERE, .radius = 1, .center = {0, 0, -500}},
-                   .model = rec_model_find("lambert")},
+                   .material = sam_material(rec_model_find("lambert"), (const double[]){0, 0, 0})},
         .board = {.size = {300, 200},
                   .albedo = 0.2,
                   .tag = tag,
