@@ -5,6 +5,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 static const char inputs_attribute[] = "goniocam:inputs";
@@ -107,6 +108,14 @@ static int our_channels(exr_context_t file, char cfa[5])
     return 1;
 }
 
+/* No compression of EXR's packs more than a deflate stream's 1032 to 1: a header that promises more
+ * than that is damaged, and the memory it asks for is not worth trying. */
+static bool can_hold(const char *path, size_t bytes)
+{
+    struct stat about;
+    return stat(path, &about) == 0 && bytes / 1032 <= (size_t)about.st_size;
+}
+
 static enum status read_open_file(struct radiance *map, exr_context_t file, const char *path,
                                   const struct error *story, struct error *err)
 {
@@ -121,6 +130,9 @@ static enum status read_open_file(struct radiance *map, exr_context_t file, cons
     made.width = box.max.x - box.min.x + 1;
     made.height = box.max.y - box.min.y + 1;
     size_t count = (size_t)made.channels * (size_t)made.width * (size_t)made.height;
+    if (!can_hold(path, 2 * count * sizeof(float)))
+        return cap_fail(err, STATUS_FORMAT, "%s: shorter than its %d x %d pixels", path, made.width,
+                        made.height);
     made.value = malloc(count * sizeof *made.value);
     made.variance = malloc(count * sizeof *made.variance);
     enum status status = STATUS_OK;
