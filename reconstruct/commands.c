@@ -56,8 +56,15 @@ static int run_reconstruct(const struct arguments *args)
     struct summary summary;
     if (!begin(&run, args))
         return 2;
-    enum status status = rec_reconstruct(&summary, args->positional[0], out,
-                                         cap_option(args, "calibration"), &run, &err);
+    struct request request = {.capture = args->positional[0],
+                              .out = out,
+                              .calibration = cap_option(args, "calibration"),
+                              .samples = cap_option(args, "samples") != NULL};
+    if (request.samples && rec_team) {
+        fprintf(stderr, "goniocam-mpi: --samples wants one process: use goniocam\n");
+        return 2;
+    }
+    enum status status = rec_reconstruct(&summary, &request, &run, &err);
     cap_run_end(&run);
     if (!status && rec_leads())
         print_summary(&summary, out, cap_option(args, "json") != NULL);
@@ -235,6 +242,7 @@ static int run_eval(const struct arguments *args)
 static const struct option reconstruct_options[] = {
     {"output", "OUT", "folder for everything that is found", 'o'},
     {"calibration", "FILE", "start from this calibration.yaml: no board is needed", 0},
+    {"samples", NULL, "keep every sample in OUT/samples.h5", 0},
     {0},
 };
 static const struct option fit_options[] = {

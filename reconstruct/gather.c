@@ -14,6 +14,7 @@ struct gathering {
     const struct lens_table *lens;  // [cameras]
     const struct board_extent *board;
     const struct consensus *consensus;
+    struct samples_file *samples;
     const char *out;
     struct run *run;
     enum status status;
@@ -73,6 +74,7 @@ static enum status add_shot(struct tally *tally, struct census *census, const st
     pixel_box box = rec_sample_box(&v);
     struct bounce_map bounce = {0};
     struct shot_residuals residuals = {0};
+    struct sample_block block = {0};
     status = rec_bounce_make(&bounce, c, view, &v, box, err);
     v.bounce = &bounce;
     v.consensus = g->consensus;
@@ -90,7 +92,12 @@ static enum status add_shot(struct tally *tally, struct census *census, const st
             census->bounced_ppm += llround(1e6 * b / (1 + b));
             rec_residual_add(&residuals, &sample, &c->sample);
             status = rec_tally_add(tally, &sample, err);
+            if (!status && g->samples)
+                status = rec_samples_put(g->samples, &block, v.view->name, &sample, x, y, err);
         }
+    if (!status && g->samples)
+        status = rec_samples_flush(g->samples, &block, v.view->name, err);
+    free(block.row);
     if (census->photosites[FATE_USED] == used)
         cap_warn(g->run, "shot %s: no photosite shows lit sample", v.view->name);
     census->shots++;
@@ -153,15 +160,16 @@ static void gather_shots(struct tally *total, struct census *census, struct gath
 
 enum status rec_gather(struct bins *bins, struct census *census,
                        const struct calibration *calibration, const struct board_extent *board,
-                       const struct consensus *consensus, const char *out, struct run *run,
-                       struct error *err)
+                       const struct consensus *consensus, struct samples_file *samples,
+                       const char *out, struct run *run, struct error *err)
 {
     struct lens_table *lens = NULL;
     struct tally total = {0};
     struct census seen = {0};
     enum status status = make_lenses(&lens, calibration, err);
     if (!status) {
-        struct gathering g = {calibration, lens, board, consensus, out, run, STATUS_OK, err};
+        struct gathering g = {calibration, lens, board,     consensus, samples,
+                              out,         run,  STATUS_OK, err};
         gather_shots(&total, &seen, &g);
         status = g.status;
     }

@@ -11,6 +11,7 @@
 // Everything that a job holds on its way. Freed at its one exit.
 struct job {
     const char *folder, *out, *calibration_file;
+    bool keep_samples;
     struct run *run;
     struct capture capture;
     struct calibration calibration;
@@ -106,21 +107,21 @@ static double median_sigma(const struct bins *bins)
 }
 
 static enum status gather(struct job *j, const char *stage, const struct consensus *consensus,
-                          struct error *err)
+                          struct samples_file *samples, struct error *err)
 {
     struct board_extent board;
     bool has_board = board_of(&board, &j->capture);
     cap_stage(j->run, stage, j->calibration.views);
     rec_team_next_stage(j->run);
     return rec_gather(&j->bins, &j->census, &j->calibration, has_board ? &board : NULL, consensus,
-                      j->out, j->run, err);
+                      samples, j->out, j->run, err);
 }
 
 // All photosites as they come, and what the bins so found say of their neighbours. The fit stays
 // where it is in j->fits: the consensus is relative to it.
 static enum status look_first(struct job *j, struct consensus *consensus, struct error *err)
 {
-    enum status status = gather(j, "samples", NULL, err);
+    enum status status = gather(j, "samples", NULL, NULL, err);
     if (!status && rec_leads()) {
         cap_stage(j->run, "fit", 0);
         status = rec_fit(&j->fits, &j->bins, NULL, 0, j->run, err);
@@ -134,6 +135,24 @@ static enum status look_first(struct job *j, struct consensus *consensus, struct
     return rec_team_agree(status, err);
 }
 
+// The last look: its samples are kept in samples.h5 where that is asked for.
+static enum status gather_kept(struct job *j, const struct consensus *consensus, struct error *err)
+{
+    struct samples_file samples;
+    if (!j->keep_samples)
+        return gather(j, "samples again", consensus, NULL, err);
+    char *path = cap_path(j->out, "samples.h5");
+    enum status status = path ? rec_samples_begin(&samples, path, err)
+                              : cap_fail(err, STATUS_MEMORY, "no memory for a path");
+    free(path);
+    if (status)
+        return status;
+    struct error story = {0};
+    status = gather(j, "samples again", consensus, &samples, &story);
+    enum status written = rec_samples_end(&samples, !status, err);
+    return status ? cap_fail(err, status, "%s", story.text) : written;
+}
+
 // Again, without what strays, and weighted by how much photosites really scatter.
 static enum status look_again(struct job *j, struct error *err)
 {
@@ -143,7 +162,7 @@ static enum status look_again(struct job *j, struct error *err)
     if (!status)
         status = rec_team_tell_consensus(&consensus, &fit, err);
     if (!status)
-        status = gather(j, "samples again", &consensus, err);
+        status = gather_kept(j, &consensus, err);
     rec_consensus_free(&consensus);
     return status;
 }
@@ -298,10 +317,14 @@ static enum status merge(struct job *j, struct error *err)
     return rec_team_agree(status, err);
 }
 
-enum status rec_reconstruct(struct summary *summary, const char *capture, const char *out,
-                            const char *calibration, struct run *run, struct error *err)
+enum status rec_reconstruct(struct summary *summary, const struct request *request, struct run *run,
+                            struct error *err)
 {
-    struct job j = {.folder = capture, .out = out, .calibration_file = calibration, .run = run};
+    struct job j = {.folder = request->capture,
+                    .out = request->out,
+                    .calibration_file = request->calibration,
+                    .keep_samples = request->samples,
+                    .run = run};
     enum status status = merge(&j, err);
     if (!status)
         status = rec_team_agree(rec_leads() ? calibrate(&j, err) : STATUS_OK, err);

@@ -215,10 +215,16 @@ struct summary {
     double median_sigma;  // of the bins' relative sigma
     struct fit best;
 };
+/** What reconstruct is asked for: folders CAPTURE and OUT; a calibration.yaml to start from, or
+ *  NULL; whether every sample is to be kept in OUT/samples.h5 (by one process alone). */
+struct request {
+    const char *capture, *out, *calibration;
+    bool samples;
+};
 /** CAPTURE -> OUT: radiance/, calibration.yaml, bins.h5, fits.yaml, brdf.binary, preview.png,
- *  run.json. calibration (may be NULL) names a calibration.yaml to start from instead. */
-enum status rec_reconstruct(struct summary *summary, const char *capture, const char *out,
-                            const char *calibration, struct run *run, struct error *err);
+ *  run.json. */
+enum status rec_reconstruct(struct summary *summary, const struct request *request, struct run *run,
+                            struct error *err);
 
 extern const struct command rec_commands[];
 
