@@ -181,10 +181,27 @@ double cal_vignetting(const struct camera *camera, const double pixel[2])
     return fmin(1, fmax(v, 1e-3));  // a poor fit must not turn light dark or negative
 }
 
+// As a point, a lamp at infinity is so far away that its rays are parallel over any scene.
+static const double FAR_MM = 1e8;
+
 vec3 cal_lamp_position(const struct lamp *lamp, pose view_from_world)
 {
+    vec3 place = lamp->at_infinity ? vec3_scale(lamp->direction, FAR_MM) : lamp->position;
     if (!lamp->on_camera)
-        return lamp->position;
+        return place;
     mat3 r = cal_rotation(view_from_world.rotation);
-    return mat3_mul_t(&r, vec3_sub(lamp->position, view_from_world.translation));
+    return mat3_mul_t(&r, vec3_sub(place, view_from_world.translation));
+}
+
+vec3 cal_lamp_way(const struct lamp *lamp, pose view_from_world, vec3 point, double *falloff)
+{
+    if (lamp->at_infinity) {
+        mat3 r = cal_rotation(view_from_world.rotation);
+        *falloff = 1;
+        return lamp->on_camera ? mat3_mul_t(&r, lamp->direction) : lamp->direction;
+    }
+    vec3 to = vec3_sub(cal_lamp_position(lamp, view_from_world), point);
+    double distance = vec3_length(to);
+    *falloff = 1 / (distance * distance);
+    return vec3_scale(to, 1 / distance);
 }

@@ -17,11 +17,19 @@ vec3 cal_lamp_frame_direction(const struct lamp *lamp, pose view_from_world, vec
 enum status cal_lamp_start(struct calibration *calibration, int l, const struct facets *board,
                            struct error *err);
 
+/** How far light finds the sample's centre from where its outline has it. */
+struct sample_shift {
+    double by[3], sigma[3];  // sigma: of the centre by outline and light together
+};
+
 /** Place and intensity of all lamps, the power of all views and (without a flat frame) the
- *  vignetting, jointly, from board facets and sample facets (count 0: from the board alone). */
+ *  vignetting, jointly, from board facets and sample facets (count 0: from the board alone).
+ *  may_be_far: a lamp whose distance the facets do not determine is put at infinity.
+ *  The sample's centre may move within its sigma_center: *shift (may be NULL) tells where to; the
+ *  sample itself stays, so that fits can follow each other. */
 enum status cal_lamp_fit(struct calibration *calibration, const struct capture *capture,
-                         const struct facets *board, const struct facets *sample,
-                         struct error *err);
+                         const struct facets *board, const struct facets *sample, bool may_be_far,
+                         struct sample_shift *shift, struct error *err);
 
 /** All of it, on a merged capture with the sample in its place: fills lamps, powers, vignetting.
  *  Reads OUT/radiance/SHOT.exr. */

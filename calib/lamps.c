@@ -200,7 +200,8 @@ static double lamps_moved(const struct calibration *c, const vec3 *before)
  *  lamps stay where they are. Where the night side is dark there is none to take out. */
 static enum status fit_without_bounces(struct calibration *c, const struct capture *capture,
                                        struct facets *board, struct facets *sample, const char *out,
-                                       struct run *run, struct error *err)
+                                       struct sample_shift *shift, struct run *run,
+                                       struct error *err)
 {
     vec3 *before = calloc((size_t)c->lamps, sizeof *before);
     enum status status = before ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%d lamps", c->lamps);
@@ -217,17 +218,24 @@ static enum status fit_without_bounces(struct calibration *c, const struct captu
                           capture);
         for (int l = 0; l < c->lamps; l++)
             before[l] = c->lamp[l].position;
-        status = cal_lamp_fit(c, capture, board, sample, err);
+        status = cal_lamp_fit(c, capture, board, sample, true, shift, err);
         moved = lamps_moved(c, before);
     }
     free(before);
     return status;
 }
 
+static void move_sample(struct sample *s, const struct sample_shift *shift)
+{
+    s->center = vec3_add(s->center, (vec3){shift->by[0], shift->by[1], shift->by[2]});
+    memcpy(s->sigma_center, shift->sigma, sizeof s->sigma_center);
+}
+
 enum status cal_lamps_find(struct calibration *c, const struct capture *capture, const char *out,
                            struct run *run, struct error *err)
 {
     struct facets board = {0}, sample = {0}, none = {0};
+    struct sample_shift shift = {0};
     enum status status = name_lamps(c, capture, err);
     if (!status && capture->patches == 0)
         status = cap_fail(err, STATUS_DATA,
@@ -242,11 +250,13 @@ enum status cal_lamps_find(struct calibration *c, const struct capture *capture,
         if (vec3_length(c->lamp[l].position) == 0)  // nobody measured it
             status = cal_lamp_start(c, l, &board, err);
     if (!status)
-        status = cal_lamp_fit(c, capture, &board, &none, err);
+        status = cal_lamp_fit(c, capture, &board, &none, sample.count == 0, NULL, err);
     if (!status && sample.count)
-        status = cal_lamp_fit(c, capture, &board, &sample, err);
+        status = cal_lamp_fit(c, capture, &board, &sample, true, &shift, err);
     if (!status && sample.count)
-        status = fit_without_bounces(c, capture, &board, &sample, out, run, err);
+        status = fit_without_bounces(c, capture, &board, &sample, out, &shift, run, err);
+    if (!status && sample.count)
+        move_sample(&c->sample, &shift);
     free(board.facet);
     free(sample.facet);
     return status;

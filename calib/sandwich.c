@@ -98,35 +98,61 @@ static void add_term(struct workspace *w, const struct ceres_problem *p, const s
         }
 }
 
-/** Variance of number a: the larger of the sandwich's and the formal one. */
-static double variance_of(const double *inverse, const double *g, int columns, int clusters, int a)
+/** out = inverse (sum over clusters of g g^T) inverse, corrected for few clusters; work [columns]
+ *  [clusters]. */
+static void meat_and_bread(double *out, const double *inverse, const double *g, int columns,
+                           int clusters, double *work)
 {
-    double variance = 0;
-    for (int k = 0; k < clusters; k++) {
-        double step = 0;
-        for (int b = 0; b < columns; b++)
-            step += inverse[(size_t)a * (size_t)columns + (size_t)b]
-                    * g[(size_t)k * (size_t)columns + (size_t)b];
-        variance += step * step;
-    }
+    const size_t n = (size_t)columns, m = (size_t)clusters;
     const double few = clusters > 1 ? clusters / (clusters - 1.0) : 1;
-    return fmax(variance * few, inverse[(size_t)a * (size_t)columns + (size_t)a]);
+    for (size_t a = 0; a < n; a++)
+        for (size_t k = 0; k < m; k++) {
+            double step = 0;
+            for (size_t b = 0; b < n; b++)
+                step += inverse[a * n + b] * g[k * n + b];
+            work[a * m + k] = step;
+        }
+    for (size_t a = 0; a < n; a++)
+        for (size_t b = 0; b <= a; b++) {
+            double sum = 0;
+            for (size_t k = 0; k < m; k++)
+                sum += work[a * m + k] * work[b * m + k];
+            out[a * n + b] = out[b * n + a] = few * sum;
+        }
 }
 
-enum status cal_sandwich(double *sigma, const struct ceres_problem *p, const int *cluster,
-                         int clusters, struct error *err)
+/** Where the formal variance of a number is the larger one, scale its row and column to it. */
+static void never_below(double *covariance, const double *formal, int columns)
+{
+    const size_t n = (size_t)columns;
+    for (size_t a = 0; a < n; a++) {
+        double have = covariance[a * n + a], least = formal[a * n + a];
+        if (have >= least)
+            continue;
+        double scale = have > 0 ? sqrt(least / have) : 0;
+        for (size_t b = 0; b < n; b++) {
+            covariance[a * n + b] *= scale;
+            covariance[b * n + a] *= scale;
+        }
+        covariance[a * n + a] = least;
+    }
+}
+
+enum status cal_sandwich_covariance(double *covariance, const struct ceres_problem *p,
+                                    const int *cluster, int clusters, struct error *err)
 {
     struct workspace w = {0};
-    double *h = NULL, *inverse = NULL, *g = NULL;
+    double *h = NULL, *inverse = NULL, *g = NULL, *work = NULL;
     enum status status = STATUS_OK;
     bool room = workspace_make(&w, p);
-    const size_t n = (size_t)w.columns;
+    const size_t n = (size_t)w.columns, all = (size_t)w.numbers;
     if (room) {
         h = calloc(n * n + 1, sizeof *h);
         inverse = calloc(n * n + 1, sizeof *inverse);
         g = calloc(n * (size_t)clusters + 1, sizeof *g);
+        work = calloc(n * (size_t)clusters + 1, sizeof *work);
     }
-    if (!h || !inverse || !g) {
+    if (!h || !inverse || !g || !work) {
         status = cap_fail(err, STATUS_MEMORY, "the covariance of %d numbers", w.numbers);
         goto done;
     }
@@ -137,13 +163,34 @@ enum status cal_sandwich(double *sigma, const struct ceres_problem *p, const int
         goto done;
     }
     dense_inverse(w.columns, h, inverse);
-    for (int i = 0; i < w.numbers; i++)
-        sigma[i] =
-            w.column[i] < 0 ? 0 : sqrt(variance_of(inverse, g, w.columns, clusters, w.column[i]));
+    meat_and_bread(h, inverse, g, w.columns, clusters, work);
+    never_below(h, inverse, w.columns);
+    for (size_t i = 0; i < all; i++)
+        for (size_t j = 0; j < all; j++)
+            covariance[i * all + j] = w.column[i] < 0 || w.column[j] < 0
+                                          ? 0
+                                          : h[(size_t)w.column[i] * n + (size_t)w.column[j]];
 done:
     workspace_free(&w);
     free(h);
     free(inverse);
     free(g);
+    free(work);
+    return status;
+}
+
+enum status cal_sandwich(double *sigma, const struct ceres_problem *p, const int *cluster,
+                         int clusters, struct error *err)
+{
+    size_t n = 0;
+    for (int i = 0; i < p->parameters; i++)
+        n += (size_t)p->parameter[i].size;
+    double *covariance = calloc(n * n + 1, sizeof *covariance);
+    enum status status = covariance
+                             ? cal_sandwich_covariance(covariance, p, cluster, clusters, err)
+                             : cap_fail(err, STATUS_MEMORY, "the covariance of %zu numbers", n);
+    for (size_t i = 0; i < n && !status; i++)
+        sigma[i] = sqrt(covariance[i * n + i]);
+    free(covariance);
     return status;
 }

@@ -15,4 +15,8 @@
  *  STATUS_DATA: the terms leave unknowns undetermined. */
 enum status cal_sandwich(double *sigma, const struct ceres_problem *problem, const int *cluster,
                          int clusters, struct error *err);
+/** The same with all that the numbers share: covariance [numbers][numbers]. Where the formal
+ *  variance of a number is the larger one, its row and column grow with it. */
+enum status cal_sandwich_covariance(double *covariance, const struct ceres_problem *problem,
+                                    const int *cluster, int clusters, struct error *err);
 #endif

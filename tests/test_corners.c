@@ -98,8 +98,11 @@ static void render(struct radiance *map, double sigma_px, double deviation)
         blur(fine, h, w, w, 1, sigma_px * FINE);
     }
     size_t values = 3 * (size_t)WIDTH * HEIGHT;
-    *map = (struct radiance){WIDTH, HEIGHT, malloc(values * sizeof(float)),
-                             malloc(values * sizeof(float))};
+    *map = (struct radiance){.width = WIDTH,
+                             .height = HEIGHT,
+                             .value = malloc(values * sizeof(float)),
+                             .variance = malloc(values * sizeof(float)),
+                             .channels = 3};
     seed = 1;
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++) {

@@ -41,6 +41,7 @@ static void light(struct scene *s, struct facet *f, const double reflectance[3],
             log(s->intensity[c] * s->power[f->view] * reflectance[c] * cosine / (r * r))
             + noise * sin(3.7 * s->board.count + 5.1 * s->sample.count + c);
         f->sigma[c] = 0.001;
+        f->mean[c] = exp(f->log_value[c]);
     }
     f->bright = true;
 }

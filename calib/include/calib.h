@@ -168,8 +168,12 @@ void cal_project(const struct camera *camera, vec3 p_view, double pixel[2]);
 vec3 cal_ray(const struct camera *camera, const double pixel[2]);
 /** What vignetting leaves of the light at a pixel, (0, 1]. */
 double cal_vignetting(const struct camera *camera, const double pixel[2]);
-/** Where the lamp is in the world for a view (a lamp on the camera moves with it). */
+/** Where the lamp is in the world for a view (a lamp on the camera moves with it); for one at
+ *  infinity, a point 1e8 mm away, good for shadows. */
 vec3 cal_lamp_position(const struct lamp *lamp, pose view_from_world);
+/** Unit direction from a point to the lamp, and what is left of its light there: irradiance on a
+ *  surface that faces it is intensity power falloff, with 1/r^2, or 1 for a lamp at infinity. */
+vec3 cal_lamp_way(const struct lamp *lamp, pose view_from_world, vec3 point, double *falloff);
 
 #ifdef __cplusplus
 }
