@@ -60,7 +60,8 @@ static double seen_ratio(const struct sensor *sensor, int c, const struct bracke
 }
 
 static void add_pair(struct bin *bin, struct line noise, const struct sensor *sensor, int c,
-                     const struct bracket_sample *s, int f, double ratio, size_t stride)
+                     const struct bracket_sample *s, int f, double ratio, size_t stride,
+                     double reach)
 {
     double black = sensor->black[c];
     double to_z = (1 + ratio) / (1 + ratio * ratio);
@@ -80,7 +81,7 @@ static void add_pair(struct bin *bin, struct line noise, const struct sensor *se
             continue;
         struct bin *to = &bin[bin_of(signal * to_z)];
         double d = (b - ratio * a) * scale;
-        if (to->deviation > 0 && fabs(d - to->mean) > 5 * to->deviation)
+        if (to->deviation > 0 && fabs(d - to->mean) > reach * to->deviation)
             continue;
         to->count++;
         to->zeros += dn_short[i] <= 0 || dn_long[i] <= 0;
@@ -107,7 +108,8 @@ static double *seen_ratios(const struct sensor *sensor, int c, const struct brac
 }
 
 static void fill_bins(struct bin *bin, struct line noise, const struct sensor *sensor, int c,
-                      const struct bracket_sample *sample, int samples, const double *ratio)
+                      const struct bracket_sample *sample, int samples, const double *ratio,
+                      double reach)
 {
     enum { PASSES = 3, ENOUGH = 300000 };  // photosites a channel, all frames together
     size_t total = 0;
@@ -122,7 +124,7 @@ static void fill_bins(struct bin *bin, struct line noise, const struct sensor *s
         for (int k = 0; k < samples; k++)
             for (int f = 1; f < sample[k].frames; f++, next++)
                 if (*next > 0)
-                    add_pair(bin, noise, sensor, c, &sample[k], f, *next, stride);
+                    add_pair(bin, noise, sensor, c, &sample[k], f, *next, stride, reach);
         for (int b = 0; b < BINS; b++) {
             if (bin[b].count == 0)
                 continue;
@@ -179,8 +181,10 @@ void sensor_find_noise(struct sensor *sensor, int c, const struct bracket_sample
     struct line noise = {0, 1};
     double *ratio = seen_ratios(sensor, c, sample, samples);
     bool found = ratio != NULL;
+    // What is 5 standard deviations off moved; but the errors of JPEG have long tails themselves.
+    double reach = known->encoded ? 20 : 5;
     for (int round = 0; round < 3 && found; round++) {
-        fill_bins(bin, noise, sensor, c, sample, samples, ratio);
+        fill_bins(bin, noise, sensor, c, sample, samples, ratio, reach);
         found = fit_line(bin, rounding(known), &noise);
     }
     free(ratio);

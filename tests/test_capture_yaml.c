@@ -112,7 +112,7 @@ static struct row {
      "lights[1].name"},
     {"a lamp in no frame", "goniocam: 1\nlights:\n- {name: a, photos: x*, frame: moon}\n", 3,
      "'moon'"},
-    {"a response that has to wait", "goniocam: 1\nresponse: recover\n", 2, "recover"},
+    {"a response that is no file", "goniocam: 1\nresponse: my.txt\n", 2, "my.txt"},
     {"occluders, which have to wait", "goniocam: 1\noccluders: [{shape: box}]\n", 2, "occluders"},
     {"read noise without gain", "goniocam: 1\nnoise: {read_noise: 5}\n", 2, "noise.read_noise"},
     {"white below black", "goniocam: 1\nnoise:\n  black: 128\n  white: 100\n", 4, "noise.white"},
