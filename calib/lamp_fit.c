@@ -14,7 +14,7 @@
  *           never below the formal ones.
  */
 #include "ceres_shim.h"
-#include "lamp_model.h"
+#include "lamp_state.h"
 #include "sandwich.h"
 
 #include <assert.h>
@@ -28,28 +28,15 @@ static const double COS_MIN = 0.17;       // 80 degrees: beyond it, a facet is t
 static const double SHADOW_MM = 3;
 static const double VIGNETTING_PRIOR = 0.3;
 static const double POWER_PRIOR = 0.5;  // of ln k: a lamp does not double its light between shots
-static const double FAR_SIGMAS = 3, FARTHEST_MM = 1e5;  // a lamp nearer than this has a place
-static const double SCALE_MIN = 0.1, SCALE_MAX = 10;    // of a material's sigmas, by its residuals
-enum { ROUNDS = 4, KINDS = KIND_SAMPLE + 1 };
-
-/** The unknowns. */
-struct state {
-    struct lamp_chart *chart;         // [lamps]
-    double (*place)[3], (*log_e)[3];  // [lamps]
-    double *sigma_inverse;            // [lamps] of place[2], when solved
-    bool *far;                        // [lamps]: held at infinity
-    double *log_power;                // [views]
-    double log_paper[3], lobe[LOBE_SIZE];
-    double shift[SHIFTS];     // of the sample: centre, from where the outline has it
-    double (*vignetting)[2];  // [cameras]
-    double scale[KINDS];      // of the facets' sigmas
-};
+static const double FAR_SIGMAS = 3;
+static const double SCALE_MIN = 0.1, SCALE_MAX = 10;  // of a material's sigmas, by its residuals
+enum { ROUNDS = 4 };
 
 /* ---- which facets take part ---------------------------------------------------------------------
  */
 
 /** Fill an observation; false: the facet sees the lamp or the camera too flat, or not at all. */
-static bool observe(struct observation *o, const struct facet *f, const struct state *s,
+static bool observe(struct observation *o, const struct facet *f, const struct lamp_state *s,
                     const struct calibration *c, const struct capture *capture)
 {
     const struct view *view = &c->view[f->view];
@@ -116,7 +103,7 @@ static void problem_free(struct problem *p)
     free(p->held);
 }
 
-static void add_parameters(struct problem *p, struct state *s, const struct calibration *c,
+static void add_parameters(struct problem *p, struct lamp_state *s, const struct calibration *c,
                            bool has_flat, bool has_sample)
 {
     static const bool distance_held[3] = {false, false, true};
@@ -164,7 +151,7 @@ static void add_term(struct problem *p, ceres_evaluate evaluate, int residuals, 
     p->terms++;
 }
 
-static void add_facet(struct problem *p, const struct facet *f, const struct state *s,
+static void add_facet(struct problem *p, const struct facet *f, const struct lamp_state *s,
                       const struct calibration *c, const struct capture *capture)
 {
     struct observation *o = &p->observation[p->terms];
@@ -205,203 +192,6 @@ static void add_priors(struct problem *p, const struct calibration *c)
             add_term(p, cal_lamp_evaluate_zero_prior, 1, 0, 1, &block);
     }
 }
-
-/* ---- start and result --------------------------------------------------------------------------
- */
-
-static void state_free(struct state *s)
-{
-    free(s->chart);
-    free(s->place);
-    free(s->log_e);
-    free(s->sigma_inverse);
-    free(s->far);
-    free(s->log_power);
-    free(s->vignetting);
-}
-
-static bool state_make(struct state *s, const struct calibration *c)
-{
-    *s = (struct state){.chart = calloc((size_t)c->lamps, sizeof *s->chart),
-                        .place = calloc((size_t)c->lamps, sizeof *s->place),
-                        .log_e = calloc((size_t)c->lamps, sizeof *s->log_e),
-                        .sigma_inverse = calloc((size_t)c->lamps, sizeof *s->sigma_inverse),
-                        .far = calloc((size_t)c->lamps, sizeof *s->far),
-                        .log_power = calloc((size_t)c->views, sizeof *s->log_power),
-                        .vignetting = calloc((size_t)c->cameras, sizeof *s->vignetting)};
-    for (int k = 0; k < KINDS; k++)
-        s->scale[k] = SCALE_MAX;
-    return s->chart && s->place && s->log_e && s->sigma_inverse && s->far && s->log_power
-           && s->vignetting;
-}
-
-/** Where a lamp's chart begins: the sample (or the board's middle), as the lamp's frame has it. */
-static vec3 chart_origin(const struct calibration *c, int l)
-{
-    vec3 sum = {0, 0, 0};
-    int n = 0;
-    for (int v = 0; v < c->views; v++)
-        if (c->view[v].light == l) {
-            sum = vec3_add(
-                sum, cal_lamp_frame(&c->lamp[l], c->view[v].view_from_world, c->sample.center));
-            n++;
-        }
-    return n ? vec3_scale(sum, 1.0 / n) : c->sample.center;
-}
-
-/** ln(cos(theta_i)/r^2) of a facet, r in distances of the lamp from its chart's origin. */
-static double log_light(const struct facet *f, const struct state *s, const struct calibration *c)
-{
-    const struct view *view = &c->view[f->view];
-    const struct lamp *lamp = &c->lamp[view->light];
-    double falloff, w = cal_chart_inverse_mm(s->place[view->light][2]);
-    vec3 wi = cal_lamp_way(lamp, view->view_from_world, f->point, &falloff);
-    return log(fmax(vec3_dot(wi, f->normal), 0.05) * (lamp->at_infinity ? 1 : falloff / (w * w)));
-}
-
-/** Add to mean[3] what the facet's radiance asks for beyond its light and log_known. */
-static void average(double mean[3], int count, const struct facet *f, double light,
-                    const double log_known[3])
-{
-    for (int k = 0; k < 3; k++)
-        mean[k] += (f->log_value[k] - light - log_known[k] - mean[k]) / count;
-}
-
-/** Starting values: places from the lamps, irradiances from the patch (without one, from the
- *  lamps), paper and sample from them. */
-static bool start_values(struct state *s, const struct calibration *c,
-                         const struct capture *capture, const struct facets *board,
-                         const struct facets *sample)
-{
-    int papers = 0, samples = 0, *patches = calloc((size_t)c->lamps, sizeof *patches);
-    for (int l = 0; l < c->lamps && patches; l++) {
-        s->chart[l] = cal_lamp_chart(&c->lamp[l], chart_origin(c, l), s->place[l]);
-        double w = c->lamp[l].at_infinity ? 1 : cal_chart_inverse_mm(s->place[l][2]);
-        for (int k = 0; k < 3; k++)
-            s->log_e[l][k] = log(fmax(c->lamp[l].intensity[k], 1e-30) * w * w);
-    }
-    for (int i = 0; i < board->count && patches; i++) {
-        const struct facet *f = &board->facet[i];
-        int l = c->view[f->view].light;
-        if (f->material < MATERIAL_PATCH)
-            continue;
-        double log_f = log(capture->patch[f->material - MATERIAL_PATCH].albedo / CAP_PI);
-        const double known[3] = {log_f, log_f, log_f};
-        average(s->log_e[l], ++patches[l], f, log_light(f, s, c), known);
-    }
-    double albedo[3] = {0};
-    for (int i = 0; i < board->count; i++) {
-        const struct facet *f = &board->facet[i];
-        if (f->material == MATERIAL_PAPER)
-            average(s->log_paper, ++papers, f, log_light(f, s, c),
-                    s->log_e[c->view[f->view].light]);
-    }
-    for (int i = 0; i < sample->count; i++) {
-        const struct facet *f = &sample->facet[i];
-        if (f->bright)
-            average(albedo, ++samples, f, log_light(f, s, c), s->log_e[c->view[f->view].light]);
-    }
-    for (int k = 0; k < 3; k++)
-        albedo[k] = exp(albedo[k]) * CAP_PI;
-    cal_lobe_start(s->lobe, albedo);
-    free(patches);
-    return patches != NULL;
-}
-
-static double mean_power(const struct state *s, const struct calibration *c, int l)
-{
-    double sum = 0;
-    int n = 0;
-    for (int v = 0; v < c->views; v++)
-        if (c->view[v].light == l) {
-            sum += exp(s->log_power[v]);
-            n++;
-        }
-    return n ? sum / n : 1;
-}
-
-/** A covariance of all numbers, in the order of add_parameters. */
-struct spread {
-    double *covariance;  // [numbers][numbers]
-    int numbers;
-};
-
-static double covariance_of(const struct spread *s, int a, int b)
-{
-    return s->covariance[(size_t)a * (size_t)s->numbers + (size_t)b];
-}
-
-/** sqrt(j C j^T) for the numbers at[n]. */
-static double sigma_of(const struct spread *s, int n, const int *at, const double *j)
-{
-    double variance = 0;
-    for (int a = 0; a < n; a++)
-        for (int b = 0; b < n; b++)
-            variance += j[a] * covariance_of(s, at[a], at[b]) * j[b];
-    return sqrt(fmax(variance, 0));
-}
-
-static double part(vec3 v, int k)
-{
-    return k == 0 ? v.x : k == 1 ? v.y : v.z;
-}
-
-static void keep_lamp(struct lamp *lamp, const struct state *s, int l, int lamps, double power,
-                      const struct spread *spread)
-{
-    const struct lamp_chart *chart = &s->chart[l];
-    const int place[3] = {3 * l, 3 * l + 1, 3 * l + 2};
-    double w_by_x = cal_chart_inverse_mm(1);
-    double w = fmax(cal_chart_inverse_mm(s->place[l][2]), 1 / FARTHEST_MM);
-    vec3 d = cal_chart_direction(chart, s->place[l]);
-    double r = s->far[l] ? 1 : 1 / w;
-    lamp->at_infinity = s->far[l];
-    lamp->direction = d;
-    lamp->position = s->far[l] ? (vec3){0, 0, 0} : vec3_add(chart->origin, vec3_scale(d, r));
-    for (int k = 0; k < 3; k++) {
-        const double j[3] = {r * part(chart->u, k), r * part(chart->v, k),
-                             s->far[l] ? 0 : -r * r * w_by_x * part(d, k)};
-        double sigma = sigma_of(spread, 3, place, j);
-        lamp->sigma_direction[k] = s->far[l] ? sigma : 0;
-        lamp->sigma_position[k] = s->far[l] ? 0 : sigma;
-        const int both[2] = {3 * lamps + 3 * l + k, 3 * l + 2};
-        const double log_by[2] = {1, s->far[l] ? 0 : -2 * r * w_by_x};  // ln I = ln E - 2 ln w
-        lamp->intensity[k] = exp(s->log_e[l][k]) * r * r * power;
-        lamp->sigma_intensity[k] = lamp->intensity[k] * sigma_of(spread, 2, both, log_by);
-    }
-}
-
-/** The last numbers are the sample's centre. */
-static void keep_shift(struct sample_shift *shift, const struct state *s,
-                       const struct spread *spread)
-{
-    for (int k = 0; k < SHIFTS; k++) {
-        int at = spread->numbers - SHIFTS + k;
-        shift->by[k] = s->shift[k];
-        shift->sigma[k] = sqrt(covariance_of(spread, at, at));
-    }
-}
-
-static void keep(struct calibration *c, const struct state *s, bool with_sample,
-                 const struct spread *spread)
-{
-    for (int l = 0; l < c->lamps; l++)
-        keep_lamp(&c->lamp[l], s, l, c->lamps, mean_power(s, c, l), spread);
-    for (int v = 0; v < c->views; v++) {
-        struct view *view = &c->view[v];
-        int at = 6 * c->lamps + v;
-        view->power = exp(s->log_power[v]) / mean_power(s, c, view->light);
-        view->sigma_power = view->power * sqrt(covariance_of(spread, at, at));
-    }
-    for (int k = 0; k < c->cameras; k++)
-        memcpy(c->camera[k].vignetting, s->vignetting[k], sizeof c->camera[k].vignetting);
-    for (int k = 0; k < 3; k++)
-        c->surroundings.paper[k] = CAP_PI * exp(s->log_paper[k]);
-    c->surroundings.has_lobe = with_sample;
-    if (with_sample)
-        cal_lobe_tabulate(&c->surroundings.lobe, s->lobe);
-}
-
 /* ---- all of it ----------------------------------------------------------------------------------
  */
 
@@ -413,10 +203,10 @@ static int by_value(const void *a, const void *b)
 
 /** Make each material's sigmas as large as its residuals are: 1.4826 times their median is one
  *  sigma. False: out of memory. */
-static bool rescale(struct state *s, const struct problem *p)
+static bool rescale(struct lamp_state *s, const struct problem *p)
 {
     double *left = calloc(3 * (size_t)p->terms + 1, sizeof *left);
-    for (int kind = 0; left && kind < KINDS; kind++) {
+    for (int kind = 0; left && kind < LAMP_KINDS; kind++) {
         size_t n = 0;
         for (int t = 0; t < p->terms; t++) {
             const struct observation *o = p->term[t].context;
@@ -439,7 +229,7 @@ static bool rescale(struct state *s, const struct problem *p)
     return left != NULL;
 }
 
-static enum status spread_of(struct spread *spread, const struct problem *p,
+static enum status spread_of(struct lamp_spread *spread, const struct problem *p,
                              struct ceres_problem *problem, int views, struct error *err)
 {
     int *cluster = calloc((size_t)p->terms + 1, sizeof *cluster);
@@ -462,7 +252,7 @@ static enum status spread_of(struct spread *spread, const struct problem *p,
 }
 
 /** One solution from the facets that the present lamps light. */
-static enum status solve(struct calibration *c, struct state *s, const struct capture *capture,
+static enum status solve(struct calibration *c, struct lamp_state *s, const struct capture *capture,
                          const struct facets *board, const struct facets *sample,
                          struct sample_shift *shift, struct error *err)
 {
@@ -472,7 +262,7 @@ static enum status solve(struct calibration *c, struct state *s, const struct ca
                         .term = calloc(terms, sizeof *p.term),
                         .parameter = calloc(blocks, sizeof *p.parameter),
                         .held = calloc(LOBE_SIZE, sizeof *p.held)};
-    struct spread spread = {0};
+    struct lamp_spread spread = {0};
     enum status status = STATUS_OK;
     if (!p.observation || !p.term || !p.parameter || !p.held) {
         status = cap_fail(err, STATUS_MEMORY, "%zu photometric observations", terms);
@@ -496,9 +286,9 @@ static enum status solve(struct calibration *c, struct state *s, const struct ca
     if (status)
         goto done;
     for (int l = 0; l < c->lamps; l++)
-        s->sigma_inverse[l] = sqrt(covariance_of(&spread, 3 * l + 2, 3 * l + 2));
-    keep(c, s, sample->count > 0, &spread);
-    keep_shift(shift, s, &spread);
+        s->sigma_inverse[l] = sqrt(lamp_covariance(&spread, 3 * l + 2, 3 * l + 2));
+    lamp_keep(c, s, sample->count > 0, &spread);
+    lamp_keep_shift(shift, s, &spread);
     if (!rescale(s, &p))
         status = cap_fail(err, STATUS_MEMORY, "%d residuals", p.terms);
 done:
@@ -508,7 +298,7 @@ done:
 }
 
 /** Hold the lamps at infinity whose distance is not determined. -> how many more there are. */
-static int send_away(struct state *s, int lamps)
+static int send_away(struct lamp_state *s, int lamps)
 {
     int more = 0;
     for (int l = 0; l < lamps; l++)
@@ -524,10 +314,10 @@ enum status cal_lamp_fit(struct calibration *c, const struct capture *capture,
                          const struct facets *board, const struct facets *sample, bool may_be_far,
                          struct sample_shift *shift, struct error *err)
 {
-    struct state s;
+    struct lamp_state s;
     struct sample_shift moved;
     enum status status = STATUS_OK;
-    if (!state_make(&s, c) || !start_values(&s, c, capture, board, sample))
+    if (!lamp_state_make(&s, c, SCALE_MAX) || !lamp_state_start(&s, c, capture, board, sample))
         status = cap_fail(err, STATUS_MEMORY, "lamps of %d views", c->views);
     for (int round = 0; round < ROUNDS && !status; round++)
         status = solve(c, &s, capture, board, sample, &moved, err);
@@ -535,6 +325,6 @@ enum status cal_lamp_fit(struct calibration *c, const struct capture *capture,
         status = solve(c, &s, capture, board, sample, &moved, err);
     if (!status && shift)
         *shift = moved;
-    state_free(&s);
+    lamp_state_free(&s);
     return status;
 }

@@ -1,0 +1,192 @@
+/* lamp_state.c -- the unknowns of lamp_fit.c: where they start, and what they mean in the end. */
+#include "lamp_state.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const double FARTHEST_MM = 1e5;  // a lamp nearer than this has a place
+
+void lamp_state_free(struct lamp_state *s)
+{
+    free(s->chart);
+    free(s->place);
+    free(s->log_e);
+    free(s->sigma_inverse);
+    free(s->far);
+    free(s->log_power);
+    free(s->vignetting);
+}
+
+bool lamp_state_make(struct lamp_state *s, const struct calibration *c, double scale)
+{
+    *s = (struct lamp_state){.chart = calloc((size_t)c->lamps, sizeof *s->chart),
+                             .place = calloc((size_t)c->lamps, sizeof *s->place),
+                             .log_e = calloc((size_t)c->lamps, sizeof *s->log_e),
+                             .sigma_inverse = calloc((size_t)c->lamps, sizeof *s->sigma_inverse),
+                             .far = calloc((size_t)c->lamps, sizeof *s->far),
+                             .log_power = calloc((size_t)c->views, sizeof *s->log_power),
+                             .vignetting = calloc((size_t)c->cameras, sizeof *s->vignetting)};
+    for (int k = 0; k < LAMP_KINDS; k++)
+        s->scale[k] = scale;
+    return s->chart && s->place && s->log_e && s->sigma_inverse && s->far && s->log_power
+           && s->vignetting;
+}
+
+/** Where a lamp's chart begins: the sample (or the board's middle), as the lamp's frame has it. */
+static vec3 chart_origin(const struct calibration *c, int l)
+{
+    vec3 sum = {0, 0, 0};
+    int n = 0;
+    for (int v = 0; v < c->views; v++)
+        if (c->view[v].light == l) {
+            sum = vec3_add(
+                sum, cal_lamp_frame(&c->lamp[l], c->view[v].view_from_world, c->sample.center));
+            n++;
+        }
+    return n ? vec3_scale(sum, 1.0 / n) : c->sample.center;
+}
+
+/** ln(cos(theta_i)/r^2) of a facet, r in distances of the lamp from its chart's origin. */
+static double log_light(const struct facet *f, const struct lamp_state *s,
+                        const struct calibration *c)
+{
+    const struct view *view = &c->view[f->view];
+    const struct lamp *lamp = &c->lamp[view->light];
+    double falloff, w = cal_chart_inverse_mm(s->place[view->light][2]);
+    vec3 wi = cal_lamp_way(lamp, view->view_from_world, f->point, &falloff);
+    return log(fmax(vec3_dot(wi, f->normal), 0.05) * (lamp->at_infinity ? 1 : falloff / (w * w)));
+}
+
+/** Add to mean[3] what the facet's radiance asks for beyond its light and log_known. */
+static void average(double mean[3], int count, const struct facet *f, double light,
+                    const double log_known[3])
+{
+    for (int k = 0; k < 3; k++)
+        mean[k] += (f->log_value[k] - light - log_known[k] - mean[k]) / count;
+}
+
+bool lamp_state_start(struct lamp_state *s, const struct calibration *c,
+                      const struct capture *capture, const struct facets *board,
+                      const struct facets *sample)
+{
+    int papers = 0, samples = 0, *patches = calloc((size_t)c->lamps, sizeof *patches);
+    for (int l = 0; l < c->lamps && patches; l++) {
+        s->chart[l] = cal_lamp_chart(&c->lamp[l], chart_origin(c, l), s->place[l]);
+        double w = c->lamp[l].at_infinity ? 1 : cal_chart_inverse_mm(s->place[l][2]);
+        for (int k = 0; k < 3; k++)
+            s->log_e[l][k] = log(fmax(c->lamp[l].intensity[k], 1e-30) * w * w);
+    }
+    for (int i = 0; i < board->count && patches; i++) {
+        const struct facet *f = &board->facet[i];
+        int l = c->view[f->view].light;
+        if (f->material < MATERIAL_PATCH)
+            continue;
+        double log_f = log(capture->patch[f->material - MATERIAL_PATCH].albedo / CAP_PI);
+        const double known[3] = {log_f, log_f, log_f};
+        average(s->log_e[l], ++patches[l], f, log_light(f, s, c), known);
+    }
+    double albedo[3] = {0};
+    for (int i = 0; i < board->count; i++) {
+        const struct facet *f = &board->facet[i];
+        if (f->material == MATERIAL_PAPER)
+            average(s->log_paper, ++papers, f, log_light(f, s, c),
+                    s->log_e[c->view[f->view].light]);
+    }
+    for (int i = 0; i < sample->count; i++) {
+        const struct facet *f = &sample->facet[i];
+        if (f->bright)
+            average(albedo, ++samples, f, log_light(f, s, c), s->log_e[c->view[f->view].light]);
+    }
+    for (int k = 0; k < 3; k++)
+        albedo[k] = exp(albedo[k]) * CAP_PI;
+    cal_lobe_start(s->lobe, albedo);
+    free(patches);
+    return patches != NULL;
+}
+
+static double mean_power(const struct lamp_state *s, const struct calibration *c, int l)
+{
+    double sum = 0;
+    int n = 0;
+    for (int v = 0; v < c->views; v++)
+        if (c->view[v].light == l) {
+            sum += exp(s->log_power[v]);
+            n++;
+        }
+    return n ? sum / n : 1;
+}
+
+double lamp_covariance(const struct lamp_spread *s, int a, int b)
+{
+    return s->covariance[(size_t)a * (size_t)s->numbers + (size_t)b];
+}
+
+/** sqrt(j C j^T) for the numbers at[n]. */
+static double sigma_of(const struct lamp_spread *s, int n, const int *at, const double *j)
+{
+    double variance = 0;
+    for (int a = 0; a < n; a++)
+        for (int b = 0; b < n; b++)
+            variance += j[a] * lamp_covariance(s, at[a], at[b]) * j[b];
+    return sqrt(fmax(variance, 0));
+}
+
+static double part(vec3 v, int k)
+{
+    return k == 0 ? v.x : k == 1 ? v.y : v.z;
+}
+
+static void keep_lamp(struct lamp *lamp, const struct lamp_state *s, int l, int lamps, double power,
+                      const struct lamp_spread *spread)
+{
+    const struct lamp_chart *chart = &s->chart[l];
+    const int place[3] = {3 * l, 3 * l + 1, 3 * l + 2};
+    double w_by_x = cal_chart_inverse_mm(1);
+    double w = fmax(cal_chart_inverse_mm(s->place[l][2]), 1 / FARTHEST_MM);
+    vec3 d = cal_chart_direction(chart, s->place[l]);
+    double r = s->far[l] ? 1 : 1 / w;
+    lamp->at_infinity = s->far[l];
+    lamp->direction = d;
+    lamp->position = s->far[l] ? (vec3){0, 0, 0} : vec3_add(chart->origin, vec3_scale(d, r));
+    for (int k = 0; k < 3; k++) {
+        const double j[3] = {r * part(chart->u, k), r * part(chart->v, k),
+                             s->far[l] ? 0 : -r * r * w_by_x * part(d, k)};
+        double sigma = sigma_of(spread, 3, place, j);
+        lamp->sigma_direction[k] = s->far[l] ? sigma : 0;
+        lamp->sigma_position[k] = s->far[l] ? 0 : sigma;
+        const int both[2] = {3 * lamps + 3 * l + k, 3 * l + 2};
+        const double log_by[2] = {1, s->far[l] ? 0 : -2 * r * w_by_x};  // ln I = ln E - 2 ln w
+        lamp->intensity[k] = exp(s->log_e[l][k]) * r * r * power;
+        lamp->sigma_intensity[k] = lamp->intensity[k] * sigma_of(spread, 2, both, log_by);
+    }
+}
+
+void lamp_keep_shift(struct sample_shift *shift, const struct lamp_state *s,
+                     const struct lamp_spread *spread)
+{
+    for (int k = 0; k < SHIFTS; k++) {
+        int at = spread->numbers - SHIFTS + k;
+        shift->by[k] = s->shift[k];
+        shift->sigma[k] = sqrt(lamp_covariance(spread, at, at));
+    }
+}
+
+void lamp_keep(struct calibration *c, const struct lamp_state *s, bool with_sample,
+               const struct lamp_spread *spread)
+{
+    for (int l = 0; l < c->lamps; l++)
+        keep_lamp(&c->lamp[l], s, l, c->lamps, mean_power(s, c, l), spread);
+    for (int v = 0; v < c->views; v++) {
+        struct view *view = &c->view[v];
+        int at = 6 * c->lamps + v;
+        view->power = exp(s->log_power[v]) / mean_power(s, c, view->light);
+        view->sigma_power = view->power * sqrt(lamp_covariance(spread, at, at));
+    }
+    for (int k = 0; k < c->cameras; k++)
+        memcpy(c->camera[k].vignetting, s->vignetting[k], sizeof c->camera[k].vignetting);
+    for (int k = 0; k < 3; k++)
+        c->surroundings.paper[k] = CAP_PI * exp(s->log_paper[k]);
+    c->surroundings.has_lobe = with_sample;
+    if (with_sample)
+        cal_lobe_tabulate(&c->surroundings.lobe, s->lobe);
+}
