@@ -3,11 +3,11 @@
  * Method.   A pixel is the mean of f cos(theta_i)/r^2 over its square. Its directions are means of
  *           n, wi and wo over the square, weighted by cos(theta_i)/r^2, and f is the pixel over the
  *           mean of cos(theta_i)/r^2: exact where f is linear in the directions over the square.
- * How far the normals spread is kept, for the bend of f (resolution.c). Gauss-Legendre points, 3 x
- * 3, exact for polynomials to the fifth degree; where the normal hardly turns within the square its
- * centre alone does. Limits.   A photosite is left out within one photosite of the outline and of
- * the terminator: the lens spreads light over about that much, and beyond the edge lies something
- * else.
+ *           How far the normals spread is kept, for the bend of f (resolution.c). Gauss-Legendre
+ *           points, 3 x 3, exact for polynomials to the fifth degree; where the normal hardly turns
+ *           within the square its centre alone does.
+ * Limits.   A photosite is left out within one photosite of the outline and of the terminator: the
+ *           lens spreads light over about that much, and beyond the edge lies something else.
  */
 #include "footprint.h"
 
@@ -141,8 +141,9 @@ enum fate rec_footprint(footprint *spot, const struct viewing *viewing, double u
         if (fate)
             return fate;
     }
-    // The square's second moment is 1/12: the centre alone errs by (step / cosines)^2 / 24.
-    if (step < 0.005 * cos_o * center.cos_i) {
+    // The square's second moment is 1/12: the centre alone errs by (step / cosines)^2 / 24, 4e-5 of f
+    // at most; no photosite is trusted beyond 1e-3 (samples.c).
+    if (step < 0.03 * cos_o * center.cos_i) {
         *spot = (footprint){
             .point = center.m.point,
             .normal = center.m.normal,

@@ -16,3 +16,7 @@ script_test(identical)
 script_test(mpi)
 script_test(infinity)
 script_test(samples_file)
+
+add_executable(bench_samples bench/bench_samples.c)
+target_include_directories(bench_samples PRIVATE ${PROJECT_SOURCE_DIR}/reconstruct)
+target_link_libraries(bench_samples PRIVATE reconstruct project_options)

@@ -1,0 +1,88 @@
+/* bench_samples.c -- samples a second from a radiance map in memory to bins, on one thread.
+ *
+ *     build/release/tests/bench_samples [WIDTH]        a frame WIDTH x 2/3 WIDTH, default 3000
+ */
+#include "bins.h"
+#include "footprint.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static void fill(struct radiance *map)
+{
+    size_t count = 3 * (size_t)map->width * (size_t)map->height;
+    map->value = malloc(count * sizeof *map->value);
+    map->variance = malloc(count * sizeof *map->variance);
+    for (size_t i = 0; map->value && map->variance && i < count; i++) {
+        map->value[i] = 0.1F + 1e-4F * (float)(i % 97);
+        map->variance[i] = 1e-6F;
+    }
+}
+
+// One pass over the frame; the samples that were used.
+static int64_t pass(struct tally *tally, const struct viewing *v, const struct radiance *map)
+{
+    pixel_box box = rec_sample_box(v);
+    int64_t used = 0;
+    for (int y = box.y0; y < box.y1; y++)
+        for (int x = box.x0; x < box.x1; x++) {
+            reflectance_sample s;
+            bool hit;
+            if (rec_sample_at(&s, v, map, x, y, &hit) == FATE_USED
+                && rec_tally_add(tally, &s, NULL) == STATUS_OK)
+                used++;
+        }
+    return used;
+}
+
+int main(int argc, char **argv)
+{
+    int width = argc > 1 ? atoi(argv[1]) : 3000;
+    if (width < 300 || width > 20000)
+        return 2;
+    struct camera camera = {.name = "a",
+                            .width = width,
+                            .height = 2 * width / 3,
+                            .focal = {2.0 * width, 2.0 * width},
+                            .center = {0.5 * width, width / 3.0}};
+    struct view view = {.name = "v", .power = 1, .view_from_world = {{0, 0, 0}, {0, 0, 300}}};
+    struct lamp lamp = {
+        .name = "l", .position = {200, -100, -300}, .intensity = {1e5, 1e5, 1e5}};
+    struct calibration calibration = {.camera = &camera,
+                                      .view = &view,
+                                      .lamp = &lamp,
+                                      .sample = {.shape = SHAPE_SPHERE, .radius = 40},
+                                      .cameras = 1,
+                                      .views = 1,
+                                      .lamps = 1};
+    struct radiance map = {.width = camera.width, .height = camera.height, .channels = 3};
+    struct lens_table lens;
+    struct tally tally;
+    fill(&map);
+    if (!map.value || !map.variance || rec_lens_make(&lens, &camera, NULL)
+        || rec_tally_begin(&tally, NULL))
+        return 1;
+    struct viewing v = rec_viewing(&calibration, 0, &lens, NULL);
+    double best = 1e9;
+    int64_t used = 0;
+    for (int k = 0; k < 3; k++) {
+        double began = now();
+        used = pass(&tally, &v, &map);
+        double seconds = now() - began;
+        best = seconds < best ? seconds : best;
+    }
+    printf("%lld samples in %.3f s: %.2f million a second on one core\n", (long long)used, best,
+           1e-6 * (double)used / best);
+    rec_tally_free(&tally);
+    rec_lens_free(&lens);
+    cap_radiance_free(&map);
+    return 0;
+}
