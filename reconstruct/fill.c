@@ -5,6 +5,7 @@
  *           measured and mirrored bins by normalised convolution, first widely, then what that
  *           leaves narrowly; far from any measurement it fades to 0, the fit itself.
  */
+#include "conserve.h"
 #include "smooth.h"
 
 #include <stdlib.h>
@@ -137,6 +138,7 @@ enum status rec_fill(struct merl *merl, uint8_t *status, const struct bins *bins
         correct(&g, lengths[0]);
         correct(&g, lengths[1]);
         apply_correction(&g);
+        rec_conserve(g.value, g.state, g.threads);
         for (size_t i = 0; status && i < n; i++)
             status[i] = g.state[i];
         merl->value = g.value;

@@ -162,6 +162,31 @@ static void test_smoothing_of_one_bin(void **state)
     free(field);
 }
 
+// A fit that returns 140 % of the light, beside measurements that return 60 %: what is filled gives
+// way, down to all light at most; what was measured stays.
+static void test_filled_bins_do_not_make_light(void **state)
+{
+    (void)state;
+    const double grey[] = {0.6, 0.6, 0.6};
+    struct fit fit = {.model = rec_model_find("lambert"), .value = {1.4, 1.4, 0.6}};
+    struct bins bins = made_bins(fit.model, grey, 31, 0);
+    struct merl table = {0};
+    uint8_t *status = malloc(MERL_BINS);
+    assert_non_null(status);
+    assert_int_equal(rec_fill(&table, status, &bins, &fit, &run, NULL), STATUS_OK);
+    for (int degrees = 1; degrees < 85; degrees += 7) {
+        double albedo[3];
+        rec_table_albedo(albedo, &table, degrees * CAP_PI / 180);
+        assert_true(albedo[0] <= 1.01 && albedo[1] <= 1.01);  // bins of a degree, sums of one too
+        assert_near(albedo[2], 0.6, 0.01);
+    }
+    for (int i = 0; i < bins.count; i++)
+        assert_near(table.value[bins.bin[i].index], 0.6 / CAP_PI, 1e-9);
+    rec_merl_free(&table);
+    rec_bins_free(&bins);
+    free(status);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -172,6 +197,7 @@ int main(void)
         cmocka_unit_test(test_without_measurements_the_fit_stands),
         cmocka_unit_test(test_albedo_of_a_lambert_table),
         cmocka_unit_test(test_smoothing_of_one_bin),
+        cmocka_unit_test(test_filled_bins_do_not_make_light),
     };
     cap_run_begin(&run, 2, true);
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
