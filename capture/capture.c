@@ -48,28 +48,51 @@ static enum status add_photo(struct capture *capture, const char *name, struct e
     return STATUS_OK;
 }
 
-/* A calibration frame: one file, which has to be there. */
-static enum status take_frame(char **frame, const char *name, char *const *glob, unsigned globs,
-                              const char *key, struct error *err)
+static int by_text(const void *a, const void *b)
+{
+    return natural_order(*(char *const *)a, *(char *const *)b);
+}
+
+/* A calibration frame, if the name says so. */
+static enum status take_frame(struct frame_names *frames, const char *name, char *const *glob,
+                              unsigned globs, struct error *err)
 {
     if (!capture_yaml_matches(glob, globs, name))
         return STATUS_OK;
-    if (*frame)
-        return cap_fail(err, STATUS_DATA, "%s and %s: `%s` is one photograph in this version",
-                        *frame, name, key);
-    *frame = strdup(name);
-    return *frame ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%s", name);
+    char **grown = realloc(frames->name, (size_t)(frames->count + 1) * sizeof *grown);
+    if (grown)
+        frames->name = grown;
+    char *copy = grown ? strdup(name) : NULL;
+    if (!copy)
+        return cap_fail(err, STATUS_MEMORY, "%s", name);
+    frames->name[frames->count++] = copy;
+    return STATUS_OK;
 }
 
 static enum status take_name(struct capture *capture, const struct capture_yaml_root *root,
                              const char *name, struct error *err)
 {
-    enum status status = take_frame(&capture->flat, name, root->flat, root->flats, "flat", err);
+    enum status status = take_frame(&capture->flat_frames, name, root->flat, root->flats, err);
     if (!status)
-        status = take_frame(&capture->dark, name, root->dark, root->darks, "dark", err);
+        status = take_frame(&capture->dark_frames, name, root->dark, root->darks, err);
+    if (!status)
+        status = take_frame(&capture->ambient_frames, name, root->ambient, root->ambients, err);
     if (!status && is_selected(root, name))
         status = add_photo(capture, name, err);
     return status;
+}
+
+/* In order, whatever order the folder lists them in; *first is NULL where there is none. */
+static enum status end_frames(struct frame_names *frames, char **first, unsigned globs,
+                              const char *key, const char *folder, struct error *err)
+{
+    if (globs > 0 && frames->count == 0)
+        return cap_fail(err, STATUS_IO, "%s: no file matches `%s` of capture.yaml", folder, key);
+    if (frames->count > 0) {
+        qsort(frames->name, (size_t)frames->count, sizeof *frames->name, by_text);
+        *first = frames->name[0];
+    }
+    return STATUS_OK;
 }
 
 static enum status list_photos(struct capture *capture, const struct capture_yaml_root *root,
@@ -88,9 +111,15 @@ static enum status list_photos(struct capture *capture, const struct capture_yam
         return cap_fail(err, STATUS_IO, "%s: no photographs here%s", capture->folder,
                         root->photos ? " match `photos` of capture.yaml"
                                      : " (raw, TIFF, PNG, JPEG or EXR)");
-    if ((root->flats && !capture->flat) || (root->darks && !capture->dark))
-        return cap_fail(err, STATUS_IO, "%s: no file matches `%s` of capture.yaml", capture->folder,
-                        capture->flat || !root->flats ? "dark" : "flat");
+    const char *where = capture->folder;
+    status = end_frames(&capture->flat_frames, &capture->flat, root->flats, "flat", where, err);
+    if (!status)
+        status = end_frames(&capture->dark_frames, &capture->dark, root->darks, "dark", where, err);
+    if (!status)
+        status = end_frames(&capture->ambient_frames, &capture->ambient, root->ambients, "ambient",
+                            where, err);
+    if (status)
+        return status;
     qsort(capture->photo, (size_t)capture->photos, sizeof *capture->photo, by_name);
     return STATUS_OK;
 }
@@ -253,6 +282,13 @@ enum status cap_capture_read(struct capture *capture, const char *folder, struct
     return status;
 }
 
+static void free_frames(struct frame_names *frames)
+{
+    for (int i = 0; i < frames->count; i++)
+        free(frames->name[i]);
+    free(frames->name);
+}
+
 void cap_capture_free(struct capture *capture)
 {
     for (int i = 0; i < capture->lights; i++)
@@ -274,8 +310,8 @@ void cap_capture_free(struct capture *capture)
     free(capture->shot);
     free(capture->camera);
     free(capture->response_file);
-    free(capture->flat);
-    free(capture->dark);
-    free(capture->ambient);
+    free_frames(&capture->flat_frames);
+    free_frames(&capture->dark_frames);
+    free_frames(&capture->ambient_frames);
     *capture = (struct capture){0};
 }

@@ -5,18 +5,26 @@
 #include "flat.h"
 #include "merge.h"
 #include "sensor.h"
+#include "stack.h"
 
 /** Corrections of one camera; {0} has none. Release with frames_free(). */
 struct frames {
     bool has_flat;
     struct flat flat;
     char cfa[5];
+    struct stack dark, ambient;
+    double dark_level[3], dark_noise2[3];  // DN; variance of a photosite of the mean, DN^2
+    double pattern2[3];                    // variance of dark photosites about their level, DN^2
+    double ambient_noise2[3], ambient_slope[3];  // variance of the ambient mean = noise2 + slope DN
 };
 enum status frames_make(struct frames *frames, const struct capture *capture,
                         const struct learned *learned, int camera, struct error *err);
 void frames_free(struct frames *frames);
-/** Bytes of room that a row of `count` values needs. */
+/** Floats of room that a row of `count` values needs. */
 size_t frames_room(int count);
 /** Put what is known of row y into *row, whose arrays are borrowed: what changes goes to room. */
 void frames_row(const struct frames *frames, struct merge_row *row, int y, float *room);
+/** After the merge of row y: ambient light goes, hot photosites are marked. */
+void frames_finish(const struct frames *frames, const struct merge_row *row, int y, float *value,
+                   float *variance);
 #endif

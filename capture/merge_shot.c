@@ -36,7 +36,7 @@ static enum status worker_open(struct worker *w, const struct job *job, const st
     size_t rows = (size_t)w->bracket.rows, values = rows * (size_t)w->row[0].count;
     w->value = malloc(values * sizeof *w->value);
     w->variance = malloc(values * sizeof *w->variance);
-    w->room = malloc(rows * frames_room(w->row[0].count));
+    w->room = malloc(rows * frames_room(w->row[0].count) * sizeof *w->room);
     w->packed = malloc(rows * exr_line_size(header));
     if (!w->value || !w->variance || !w->room || !w->packed)
         return cap_fail(err, STATUS_MEMORY, "%s: a band of rows", shot->name);
@@ -63,8 +63,9 @@ static void merge_line(const struct worker *w, const struct frames *frames,
     const float *dn[BRACKET_FRAMES_MAX];
     for (int f = 0; f < w->bracket.frames; f++)
         dn[f] = w->bracket.dn[f] + at;
-    frames_row(frames, &row, y, w->room + (size_t)k * frames_room(row.count) / sizeof *w->room);
+    frames_row(frames, &row, y, w->room + (size_t)k * frames_room(row.count));
     merge_row(w->value + at, w->variance + at, &row, dn, w->bracket.time, w->bracket.frames);
+    frames_finish(frames, &row, y, w->value + at, w->variance + at);
     exr_pack(w->packed + (size_t)k * exr_line_size(header), header, w->value + at,
              w->variance + at);
 }

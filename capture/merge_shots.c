@@ -26,8 +26,11 @@ static enum status identify(char text[33], const struct job *job, const struct s
     hash_bytes(hash, &learned->sensor, sizeof learned->sensor);
     if (learned->encoded)
         hash_bytes(hash, &learned->curve, sizeof learned->curve);
-    if (capture->flat)
-        status = hash_file(hash, capture->folder, capture->flat, err);
+    const struct frame_names *const kinds[3] = {&capture->flat_frames, &capture->dark_frames,
+                                                &capture->ambient_frames};
+    for (int kind = 0; kind < 3; kind++)
+        for (int k = 0; k < kinds[kind]->count && !status; k++)
+            status = hash_file(hash, capture->folder, kinds[kind]->name[k], err);
     for (int k = 0; k < shot->photos && !status; k++) {
         int photo = shot->photo[k];
         hash_bytes(hash, &job->seconds[photo], sizeof job->seconds[photo]);

@@ -3,6 +3,7 @@
 #include "photo.h"
 #include "recover.h"
 #include "sample.h"
+#include "stack.h"
 #include "times.h"
 
 #include <stdlib.h>
@@ -47,6 +48,20 @@ static struct sensor_known what_is_known(const struct capture *capture, const st
     for (int c = 0; c < 3; c++)
         known.black[c] = isnan(capture->black) ? photo->black : capture->black;
     return known;
+}
+
+/* The means of dark frames, where nothing better is known. */
+static enum status know_dark(struct sensor_known *known, const struct capture *capture, int camera,
+                             const struct curve *curve, struct error *err)
+{
+    struct stack dark = {0};
+    if (!capture->dark || !isnan(known->black[0]))
+        return STATUS_OK;
+    enum status status = stack_read(&dark, capture, &capture->dark_frames, camera, curve, err);
+    if (!status && dark.frames > 0)
+        stack_levels(known->black, &dark);
+    stack_free(&dark);
+    return status;
 }
 
 static const struct photo *first_photo(const struct capture *capture, int camera)
@@ -132,6 +147,8 @@ enum status sensor_learn(struct learned *learned, double *seconds, const struct 
     enum status status = sample_read(&set, capture, camera, seconds, run, err);
     if (!status && made.encoded)
         status = find_curve(&made, capture, &set, run, err);
+    if (!status)
+        status = know_dark(&known, capture, camera, &made.curve, err);
     if (!status && made.encoded)
         linearise(&set, &made.curve);
     else if (!status)

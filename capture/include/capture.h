@@ -282,6 +282,12 @@ struct camera_kind {
     double focal_length;  // mm, 0: unknown
 };
 
+/** Names of calibration frames, in order. */
+struct frame_names {
+    char **name;
+    int count;
+};
+
 /** A capture folder: capture.yaml and what the photographs say. Owns everything below it; {0} is
  *  empty; release with cap_capture_free(). Counts are 0 for what capture.yaml does not name. */
 struct capture {
@@ -300,7 +306,8 @@ struct capture {
     int shots;
     struct camera_kind *camera;
     int cameras;
-    char *flat, *dark, *ambient;  // file names, or NULL
+    char *flat, *dark, *ambient;  // the first of each kind of frame, or NULL; borrowed from
+    struct frame_names flat_frames, dark_frames, ambient_frames;  // all of them
     enum response response;       // of encoded photographs
     char *response_file;          // of RESPONSE_FILE, within the folder; else NULL
     double black, white;          // DN, from `noise`; NAN: find them
