@@ -6,9 +6,9 @@
  *           on a grid of normals of the sphere; and the sphere into points of equal area:
  *               E(q) = sum over points of f(wi, wo) E_p cos_i cos_p cos_q A / d^2
  *           on a grid over the board. Between grid points both are linear. The post stands in the
- *           way; light that the post or a patch's sides reflect, and second bounces, are left out.
- * Accuracy. Cells and grids are finer than the blur of a lobe of width 0.1 some 50 mm away, and
- *           the test against the closed form of a wide, even board holds to 1e-3. What a mirror
+ *           way; light that the post, things or a patch's sides reflect, and second bounces, are
+ * left out. Accuracy. Cells and grids are finer than the blur of a lobe of width 0.1 some 50 mm
+ * away, and the test against the closed form of a wide, even board holds to 1e-3. What a mirror
  *           would show of the board is blurred to cells.
  */
 #include "bounce.h"
@@ -72,7 +72,8 @@ static void add_direct(const struct shot_view *view, double x, double y, double 
     static const vec3 up = {0, 0, 1};
     struct vantage nowhere = sam_vantage_nowhere();
     struct spot spot = sam_spot(view->world, &nowhere, (struct ray){{x, y, z}, vec3_scale(up, -1)});
-    if (spot.matter == MATTER_NONE || spot.matter == MATTER_POST || spot.matter == MATTER_SAMPLE)
+    if (spot.matter == MATTER_NONE || spot.matter == MATTER_POST
+        || sam_spot_material(view->world, &spot))
         return;
     double rgb[3];
     sam_shade(view, &spot, sam_lit(view, &spot, up), up, rgb);
@@ -296,7 +297,8 @@ void sam_bounce_add(const struct bounce *bounce, const struct spot *spot, double
     double more[3] = {0, 0, 0};
     if (spot->matter == MATTER_SAMPLE) {
         look_up_sample(bounce, spot->normal, more);
-    } else if (spot->matter != MATTER_NONE && spot->matter != MATTER_POST && spot->normal.z > 0.5) {
+    } else if (spot->matter != MATTER_NONE && spot->matter != MATTER_POST
+               && spot->matter != MATTER_THING && spot->normal.z > 0.5) {
         look_up_board(bounce, spot->point, more);
         for (int c = 0; c < 3; c++)
             more[c] *= spot->albedo / CAP_PI;

@@ -76,24 +76,75 @@ static vec3 direction(const struct tile_lens *lens, double x, double y)
     return vec3_normalize((vec3){sum[0], sum[1], 1});
 }
 
+static struct sight see(const struct tile *tile, const struct vantage *from, struct ray ray,
+                        int shade, int mirrors);
+
+/** A ball-shaped lamp on a ray that a mirror sent, before it meets anything: radiance I / (pi a^2),
+ *  even over the ball. Cameras themselves do not see lamps: they are outside of the picture. */
+static bool sees_lamp(const struct lighting *light, struct ray ray, const struct spot *spot,
+                      double rgb[3])
+{
+    double a = light->radius;
+    if (!(a > 0))
+        return false;
+    double s = sam_cross_sphere(ray, light->position, a, 0).s;
+    if (s == INFINITY
+        || (spot->matter != MATTER_NONE && vec3_length(vec3_sub(spot->point, ray.origin)) < s))
+        return false;
+    for (int c = 0; c < 3; c++)
+        rgb[c] = light->intensity[c] / (CAP_PI * a * a);
+    return true;
+}
+
+enum { MIRRORS_MAX = 3 };
+
+/** Add what a mirror shows. The image in it has its own edges, which its id tells apart. */
+static void add_mirrored(const struct tile *tile, const struct spot *spot, vec3 wo, int shade,
+                         int mirrors, struct sight *sight)
+{
+    const struct material *material = sam_spot_material(tile->view->world, spot);
+    if (!material || !sam_material_mirrors(material) || mirrors == MIRRORS_MAX)
+        return;
+    struct vantage nowhere = sam_vantage_nowhere();
+    vec3 n = vec3_scale(spot->normal, 2 * vec3_dot(wo, spot->normal));
+    struct ray ray = {spot->point, vec3_normalize(vec3_sub(n, wo))};
+    struct sight seen = see(tile, &nowhere, ray, shade, mirrors + 1);
+    sight->id = (int)((unsigned)sight->id * 1000003u + (unsigned)seen.id);
+    sight->rough |= seen.rough;
+    for (int c = 0; c < 3; c++)
+        sight->rgb[c] += material->mirror[c] * seen.rgb[c];
+}
+
+/** What a ray sees that has met so many mirrors before. */
+static struct sight see(const struct tile *tile, const struct vantage *from, struct ray ray,
+                        int shade, int mirrors)
+{
+    const struct shot_view *view = tile->view;
+    struct spot spot = sam_spot(view->world, from, ray);
+    vec3 wo = vec3_scale(ray.direction, -1);
+    struct sight sight = {.id = -1};
+    if (mirrors > 0 && sees_lamp(&view->light, ray, &spot, sight.rgb))
+        return sight;
+    enum lit lit = sam_lit(view, &spot, wo);
+    sight.id = spot.surface * 2 + (lit != LIT_NOT);
+    sight.curved = spot.matter == MATTER_SAMPLE || spot.matter == MATTER_THING;
+    sight.rough = lit == LIT_PARTLY;
+    if (shade)
+        sam_shade(view, &spot, lit, wo, sight.rgb);
+    if (shade && tile->bounce)
+        sam_bounce_add(tile->bounce, &spot, sight.rgb);
+    if (shade && view->ambient)
+        sam_ambient_add(view, &spot, wo, sight.rgb);
+    add_mirrored(tile, &spot, wo, shade, mirrors, &sight);
+    return sight;
+}
+
 static struct sight look(const void *scene, double x, double y, int shade)
 {
     const struct tile *tile = scene;
     const struct shot_view *view = tile->view;
     struct ray ray = {view->eye, mat3_mul_t(&view->rotation, direction(&tile->lens, x, y))};
-    struct spot spot = sam_spot(view->world, &view->eye_vantage, ray);
-    vec3 wo = vec3_scale(ray.direction, -1);
-    enum lit lit = sam_lit(view, &spot, wo);
-    struct sight sight = {.id = spot.surface * 2 + (lit != LIT_NOT),
-                          .curved = spot.matter == MATTER_SAMPLE,
-                          .rough = lit == LIT_PARTLY};
-    if (shade)
-        sam_shade(view, &spot, lit, wo, sight.rgb);
-    if (shade && tile->bounce)
-        sam_bounce_add(tile->bounce, &spot, sight.rgb);
-    if (shade && view->ambient_albedo)
-        sam_ambient_add(view, &spot, wo, sight.rgb);
-    return sight;
+    return see(tile, &view->eye_vantage, ray, shade, 0);
 }
 
 // ---- pixels with a corner in them
@@ -202,9 +253,19 @@ static void expose_tiles(const struct exposure *e, int threads)
         expose_tile(e, t % columns * TILE, t / columns * TILE);
 }
 
-static bool has_ambient(const struct scene *scene)
+/** Directional albedos of the sample and the things, where there is ambient light; else none. */
+static bool list_ambient(struct ambient_albedo **list, const struct scene *scene, int threads)
 {
-    return scene->ambient[0] + scene->ambient[1] + scene->ambient[2] > 0;
+    if (scene->ambient[0] + scene->ambient[1] + scene->ambient[2] == 0)
+        return true;
+    *list = malloc((size_t)(1 + scene->things.count) * sizeof **list);
+    if (!*list)
+        return false;
+#pragma omp parallel for num_threads(threads)
+    for (int i = 0; i <= scene->things.count; i++)
+        sam_ambient_albedo(i == 0 ? &scene->sample.material : &scene->things.item[i - 1].material,
+                           &(*list)[i]);
+    return true;
 }
 
 enum status sam_film_expose(const struct world *world, const struct scene_shot *shot, int threads,
@@ -213,16 +274,13 @@ enum status sam_film_expose(const struct world *world, const struct scene_shot *
     const struct camera *camera = &world->scene->camera;
     struct shot_view view = sam_shot_view(world, shot);
     struct bounce bounce = {0};
-    double albedo[AMBIENT_ANGLES][3];
+    struct ambient_albedo *ambient = NULL;
     unsigned char *depth = calloc((size_t)camera->width * (size_t)camera->height, 1);
     enum status status = STATUS_OK;
-    if (!depth)
+    if (!depth || !list_ambient(&ambient, world->scene, threads))
         status =
             cap_fail(err, STATUS_MEMORY, "a picture of %d x %d", camera->width, camera->height);
-    if (has_ambient(world->scene)) {
-        sam_ambient_albedo(&world->scene->sample, albedo);
-        view.ambient_albedo = (const double(*)[3])albedo;
-    }
+    view.ambient = ambient;
     if (!status && world->scene->bounces)
         status = sam_bounce_build(&bounce, &view, threads, err);
     if (!status) {
@@ -233,6 +291,7 @@ enum status sam_film_expose(const struct world *world, const struct scene_shot *
         expose_tiles(&e, threads);
     }
     sam_bounce_free(&bounce);
+    free(ambient);
     free(depth);
     return status;
 }

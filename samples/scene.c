@@ -261,6 +261,7 @@ static bool read_all(struct scene *scene, struct doc *doc)
     doc_node post = sam_doc_get(doc, root, "post");
     scene->post.radius = sam_doc_number(doc, post, "radius", 0, 0, 1e6);
     scene->post.albedo = sam_doc_number(doc, post, "albedo", 0.03, 0, 1);
+    sam_read_things(&scene->things, doc, sam_doc_get(doc, root, "things"));
     scene->bounces = sam_doc_int(doc, root, "bounces", 0, 0, 1);
     if (scene->bounces && scene->sample.place.shape != SHAPE_SPHERE)
         sam_doc_wrong(doc, sam_doc_get(doc, root, "bounces"), "bounces: only around a sphere");
@@ -304,6 +305,7 @@ void sam_scene_free(struct scene *scene)
     free(scene->exposure);
     free(scene->lamp);
     sam_material_free(&scene->sample.material);
+    sam_things_free(&scene->things);
     free(scene->board.tag);
     free(scene->patch);
     free(scene->shot);

@@ -5,7 +5,7 @@
 #ifndef GONIOCAM_SAMPLES_SCENE_H
 #define GONIOCAM_SAMPLES_SCENE_H
 
-#include "material.h"
+#include "things.h"
 
 enum { SCENE_NAME = 64, PATCHES_MAX = 16 };
 
@@ -109,6 +109,7 @@ struct scene {
     struct scene_patch *patch;  // [patches]
     int patches;
     struct scene_post post;
+    struct things things;
     struct scene_shot *shot;  // [shots]
     int shots;
     int bounces;           // of light between board and sample: 0 or 1

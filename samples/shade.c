@@ -22,7 +22,7 @@ struct shot_view sam_shot_view(const struct world *world, const struct scene_sho
  *  a point: its irradiance is that of its middle. */
 static int parts(const struct shot_view *view, const struct spot *spot, enum lit lit)
 {
-    if (view->light.radius == 0 || (spot->matter != MATTER_SAMPLE && lit == LIT_FULLY))
+    if (view->light.radius == 0 || (!sam_spot_material(view->world, spot) && lit == LIT_FULLY))
         return 1;
     return lit == LIT_PARTLY ? LIGHT_SAMPLES_PENUMBRA : LIGHT_SAMPLES;
 }
@@ -66,12 +66,12 @@ void sam_reflectance(const struct world *world, const struct spot *spot, vec3 wi
                      double f[3])
 {
     f[0] = f[1] = f[2] = spot->albedo / CAP_PI;
-    if (spot->matter != MATTER_SAMPLE)
+    const struct material *material = sam_spot_material(world, spot);
+    if (!material)
         return;
-    const struct scene_sample *sample = &world->scene->sample;
     vec3 x, y, z = spot->normal;  // any tangent will do
     sam_frame(z, &x, &y);
-    sam_material_eval(&sample->material, (vec3){vec3_dot(wi, x), vec3_dot(wi, y), vec3_dot(wi, z)},
+    sam_material_eval(material, (vec3){vec3_dot(wi, x), vec3_dot(wi, y), vec3_dot(wi, z)},
                       (vec3){vec3_dot(wo, x), vec3_dot(wo, y), vec3_dot(wo, z)}, f);
 }
 
@@ -95,7 +95,7 @@ void sam_shade(const struct shot_view *view, const struct spot *spot, enum lit l
 
 // ---- ambient light
 
-void sam_ambient_albedo(const struct scene_sample *sample, double albedo[AMBIENT_ANGLES][3])
+void sam_ambient_albedo(const struct material *material, struct ambient_albedo *albedo)
 {
     enum { N = 128 };  // midpoints in cos^2 and azimuth: equal parts of the projected hemisphere
     for (int a = 0; a < AMBIENT_ANGLES; a++) {
@@ -105,12 +105,12 @@ void sam_ambient_albedo(const struct scene_sample *sample, double albedo[AMBIENT
             int i = part / N, j = part % N;
             double cos2 = (i + 0.5) / N, phi = 2 * CAP_PI * (j + 0.5) / N, f[3];
             vec3 wi = {sqrt(1 - cos2) * cos(phi), sqrt(1 - cos2) * sin(phi), sqrt(cos2)};
-            sam_material_eval(&sample->material, wi, wo, f);
+            sam_material_eval(material, wi, wo, f);
             for (int c = 0; c < 3; c++)
                 sum[c] += f[c] * CAP_PI / (N * N);
         }
         for (int c = 0; c < 3; c++)
-            albedo[a][c] = sum[c];
+            albedo->at[a][c] = sum[c];
     }
 }
 
@@ -119,11 +119,14 @@ void sam_ambient_add(const struct shot_view *view, const struct spot *spot, vec3
     const double *ambient = view->world->scene->ambient;
     double cos_o = vec3_dot(wo, spot->normal), at = fmin(fmax(cos_o, 0), 1) * (AMBIENT_ANGLES - 1);
     int low = (int)fmin(floor(at), AMBIENT_ANGLES - 2);
+    const struct ambient_albedo *known = spot->matter == MATTER_SAMPLE ? view->ambient
+                                         : spot->matter == MATTER_THING
+                                             ? view->ambient + 1 + spot->index
+                                             : NULL;
     for (int c = 0; c < 3; c++) {
         double albedo = spot->albedo;
-        if (spot->matter == MATTER_SAMPLE)
-            albedo = view->ambient_albedo[low][c] * (low + 1 - at)
-                     + view->ambient_albedo[low + 1][c] * (at - low);
+        if (known)
+            albedo = known->at[low][c] * (low + 1 - at) + known->at[low + 1][c] * (at - low);
         rgb[c] += (spot->matter == MATTER_NONE ? 1 : albedo) * ambient[c];
     }
 }

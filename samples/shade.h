@@ -5,6 +5,12 @@
 #include "light.h"
 #include "world.h"
 
+/** Cosines from 0 to 1 at which a directional albedo is known. */
+enum { AMBIENT_ANGLES = 65 };
+struct ambient_albedo {
+    double at[AMBIENT_ANGLES][3];
+};
+
 /** A shot, ready for rays. */
 struct shot_view {
     const struct world *world;
@@ -14,14 +20,12 @@ struct shot_view {
     struct vantage lamp_around;   // of rays to its middle, wide enough for its radius
     mat3 rotation;
     vec3 eye;
-    const double (*ambient_albedo)[3];  // [AMBIENT_ANGLES] of the sample; NULL: no ambient light
+    const struct ambient_albedo *ambient;  // of the sample, then the things; NULL: no ambient light
 };
 
-/** Cosines from 0 to 1 at which the sample's directional albedo is known. */
-enum { AMBIENT_ANGLES = 65 };
-/** The sample's directional albedo, integral of f cos(theta_i) over the hemisphere, for light that
+/** A material's directional albedo, integral of f cos(theta_i) over the hemisphere, for light that
  *  leaves at cosine i / (AMBIENT_ANGLES - 1). */
-void sam_ambient_albedo(const struct scene_sample *sample, double albedo[AMBIENT_ANGLES][3]);
+void sam_ambient_albedo(const struct material *material, struct ambient_albedo *albedo);
 /** The radiance towards wo that even light from everywhere adds; nothing is in its way. */
 void sam_ambient_add(const struct shot_view *view, const struct spot *spot, vec3 wo, double rgb[3]);
 
@@ -29,7 +33,7 @@ void sam_ambient_add(const struct shot_view *view, const struct spot *spot, vec3
 enum lit { LIT_NOT, LIT_PARTLY, LIT_FULLY };
 
 struct shot_view sam_shot_view(const struct world *world, const struct scene_shot *shot);
-/** f of a spot. What is matt is albedo/pi; the sample is isotropic. */
+/** f of a spot. What is matt is albedo/pi; materials are isotropic. */
 void sam_reflectance(const struct world *world, const struct spot *spot, vec3 wi, vec3 wo,
                      double f[3]);
 enum lit sam_lit(const struct shot_view *view, const struct spot *spot, vec3 wo);

@@ -230,6 +230,31 @@ static json_t *sample(const struct scene_sample *s)
     return map;
 }
 
+static json_t *things(const struct things *list)
+{
+    static const char *const names[] = {"ball", "cylinder", "box"};
+    json_t *all = json_array();
+    for (int i = 0; i < list->count; i++) {
+        const struct thing *t = &list->item[i];
+        json_t *map =
+            json_pack("{s:s, s:o}", "kind", names[t->shape], "material", material(&t->material));
+        if (t->shape == THING_BOX) {
+            json_object_set_new(map, "center", point(t->box.center));
+            json_object_set_new(map, "x_axis", point(t->box.axis[0]));
+            json_object_set_new(map, "half_size", numbers(t->box.half, 3));
+        } else {
+            json_object_set_new(map, "center", point(t->rod.center));
+            json_object_set_new(map, "radius", json_real(t->rod.radius));
+        }
+        if (t->shape == THING_ROD) {
+            json_object_set_new(map, "axis", point(t->rod.axis));
+            json_object_set_new(map, "length", json_real(2 * t->rod.half));
+        }
+        json_array_append_new(all, map);
+    }
+    return all;
+}
+
 // ---- board, patches, sensor
 
 static json_t *tags(const struct scene_board *board)
@@ -333,17 +358,18 @@ static json_t *truth(const struct scene *scene)
     json_t *shots = json_array();
     for (int i = 0; i < scene->shots; i++)
         json_array_append_new(shots, shot(scene, i));
-    return json_pack(
-        "{s:s, s:I, s:o, s:o, s:{s:i, s:o}, s:o, s:o, s:{s:o, s:f, s:f, s:f},"
-        " s:{s:f, s:f}, s:{s:f, s:f}, s:[], s:o, s:o, s:o, s:o, s:o}",
-        "name", scene->name, "seed", (json_int_t)scene->seed, "conventions", conventions(),
-        "camera", camera(&scene->camera), "render", "max_bounces", scene->bounces,
-        "light_radius_mm", radii(scene), "lights", lights(scene), "sample", sample(&scene->sample),
-        "board", "size", numbers(board->size, 2), "albedo", board->albedo, "margin", board->margin,
-        "paper_thickness", board->thickness, "paper", "white", board->white, "black", board->black,
-        "post", "radius", scene->post.radius, "albedo", scene->post.albedo, "panels", "tags",
-        tags(board), "white_patches", patches(scene), "sensor", sensor(&scene->sensor),
-        "exposure_times", numbers(scene->exposure, scene->exposures), "shots", shots);
+    return json_pack("{s:s, s:I, s:o, s:o, s:{s:i, s:o}, s:o, s:o, s:{s:o, s:f, s:f, s:f},"
+                     " s:{s:f, s:f}, s:{s:f, s:f}, s:[], s:o, s:o, s:o, s:o, s:o, s:o}",
+                     "name", scene->name, "seed", (json_int_t)scene->seed, "conventions",
+                     conventions(), "camera", camera(&scene->camera), "render", "max_bounces",
+                     scene->bounces, "light_radius_mm", radii(scene), "lights", lights(scene),
+                     "sample", sample(&scene->sample), "board", "size", numbers(board->size, 2),
+                     "albedo", board->albedo, "margin", board->margin, "paper_thickness",
+                     board->thickness, "paper", "white", board->white, "black", board->black,
+                     "post", "radius", scene->post.radius, "albedo", scene->post.albedo, "panels",
+                     "things", things(&scene->things), "tags", tags(board), "white_patches",
+                     patches(scene), "sensor", sensor(&scene->sensor), "exposure_times",
+                     numbers(scene->exposure, scene->exposures), "shots", shots);
 }
 
 enum status sam_truth_write(const struct scene *scene, const char *path, struct error *err)

@@ -126,6 +126,12 @@ struct vantage sam_vantage(const struct world *world, vec3 apex, double slack)
             cone_of(apex, world->slab[i].center,
                     sqrt(half[0] * half[0] + half[1] * half[1] + half[2] * half[2]) + slack);
     }
+    for (int i = 0; i < world->scene->things.count; i++) {
+        vec3 center;
+        double radius;
+        sam_thing_reach(&world->scene->things.item[i], &center, &radius);
+        v.thing[i] = cone_of(apex, center, radius + slack);
+    }
     return v;
 }
 
@@ -134,6 +140,8 @@ struct vantage sam_vantage_nowhere(void)
     struct vantage v = {.sample = {.cosine = -2}, .post = {.cosine = -2}};
     for (int i = 0; i < PATCHES_MAX; i++)
         v.slab[i].cosine = -2;
+    for (int i = 0; i < THINGS_MAX; i++)
+        v.thing[i].cosine = -2;
     return v;
 }
 
@@ -196,6 +204,8 @@ bool sam_near_solid(const struct world *world, const struct vantage *apex, vec3 
                 || may_meet(&apex->post, direction, -1);
     for (int i = 0; i < world->scene->patches && !near; i++)
         near = may_meet(&apex->slab[i], direction, -1);
+    for (int i = 0; i < world->scene->things.count && !near; i++)
+        near = may_meet(&apex->thing[i], direction, -1);
     return near;
 }
 
@@ -221,6 +231,10 @@ bool sam_blocked(const struct world *world, const struct vantage *apex, struct r
     for (int i = 0; i < world->scene->patches; i++)
         if (may_meet(&apex->slab[i], ray.direction, -1)
             && sam_cross_box(ray, &world->slab[i], CLEAR).s < far)
+            return true;
+    for (int i = 0; i < world->scene->things.count; i++)
+        if (may_meet(&apex->thing[i], ray.direction, -1)
+            && sam_cross_thing(ray, &world->scene->things.item[i], CLEAR).s < far)
             return true;
     return papers_block(world, ray, far) || cross_sheet(world, ray) < far;
 }
@@ -269,11 +283,22 @@ struct spot sam_spot(const struct world *world, const struct vantage *from, stru
         if (may_meet(&from->slab[i], ray.direction, 1))
             keep(&n, sam_cross_box(ray, &world->slab[i], CLEAR), MATTER_PATCH, i,
                  scene->patch[i].patch.albedo);
+    for (int i = 0; i < scene->things.count; i++)
+        if (may_meet(&from->thing[i], ray.direction, 1))
+            keep(&n, sam_cross_thing(ray, &scene->things.item[i], CLEAR), MATTER_THING, i, 0);
     meet_papers(world, ray, &n);
     struct crossing sheet = {.s = cross_sheet(world, ray), .normal = {0, 0, 1}};
     keep(&n, sheet, MATTER_SHEET, 0, scene->board.albedo);
     if (n.matter == MATTER_NONE)
         return (struct spot){0};
     int surface = (((int)n.matter * 1000 + n.index) * 8 + n.crossing.face) * 2 + n.white;
-    return (struct spot){n.matter, surface, sam_at(ray, n.crossing.s), n.crossing.normal, n.albedo};
+    return (struct spot){n.matter,          surface,  sam_at(ray, n.crossing.s),
+                         n.crossing.normal, n.albedo, n.index};
+}
+
+const struct material *sam_spot_material(const struct world *world, const struct spot *spot)
+{
+    if (spot->matter == MATTER_THING)
+        return &world->scene->things.item[spot->index].material;
+    return spot->matter == MATTER_SAMPLE ? &world->scene->sample.material : NULL;
 }

@@ -10,7 +10,15 @@
 #include "scene.h"
 #include "tags.h"
 
-enum matter { MATTER_NONE, MATTER_SAMPLE, MATTER_POST, MATTER_PATCH, MATTER_SHEET, MATTER_PAPER };
+enum matter {
+    MATTER_NONE,
+    MATTER_SAMPLE,
+    MATTER_POST,
+    MATTER_PATCH,
+    MATTER_SHEET,
+    MATTER_PAPER,
+    MATTER_THING
+};
 
 /** Tags that lie in one plane, with its own axes x and y. */
 struct paper_plane {
@@ -42,7 +50,7 @@ struct cone {
 };
 /** A place that rays pass through, and the cones that the solids fill from there. */
 struct vantage {
-    struct cone sample, post, slab[PATCHES_MAX];
+    struct cone sample, post, slab[PATCHES_MAX], thing[THINGS_MAX];
 };
 
 /** What a ray meets first. Spots of one surface lie on one smooth face of one colour; 0: nothing
@@ -51,7 +59,8 @@ struct spot {
     enum matter matter;
     int surface;
     vec3 point, normal;
-    double albedo;  // of what is matt; the sample has its model
+    double albedo;  // of what is matt; sample and things have their materials
+    int index;      // of a thing
 };
 
 /** STATUS_MEMORY. The scene must outlive the world. */
@@ -63,6 +72,8 @@ struct vantage sam_vantage(const struct world *world, vec3 apex, double slack);
 struct vantage sam_vantage_nowhere(void);
 /** The first thing that a ray from the vantage's apex meets. */
 struct spot sam_spot(const struct world *world, const struct vantage *from, struct ray ray);
+/** What a sample or a thing is made of; NULL for what is matt. */
+const struct material *sam_spot_material(const struct world *world, const struct spot *spot);
 /** May a solid other than `self` stand between a point and the apex, which is in `direction`? */
 bool sam_near_solid(const struct world *world, const struct vantage *apex, vec3 direction,
                     enum matter self);

@@ -272,15 +272,15 @@ static void test_ambient_light(void **state)
     struct fixture *f = *state;
     const double white[] = {0.2, 0.5, 1};
     struct scene_sample matt = {.material = sam_material(rec_model_find("lambert"), white)};
-    double albedo[AMBIENT_ANGLES][3];
-    sam_ambient_albedo(&matt, albedo);
+    struct ambient_albedo albedo;
+    sam_ambient_albedo(&matt.material, &albedo);
     struct scene scene = f->scene;
     struct world world = f->world;
     scene.sample.material = matt.material;
     scene.ambient[0] = scene.ambient[1] = scene.ambient[2] = 3;
     world.scene = &scene;
     struct shot_view view = sam_shot_view(&world, &f->scene.shot[0]);
-    view.ambient_albedo = (const double(*)[3])albedo;
+    view.ambient = &albedo;
     for (int i = 0; i <= 90; i += 9) {
         struct spot spot = {.matter = MATTER_SAMPLE, .normal = {0, 0, 1}};
         double angle = i * CAP_PI / 180, rgb[3] = {0, 0, 0};

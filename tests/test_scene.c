@@ -53,6 +53,10 @@ static struct row {
     {"lamp in the board", HEAD "lights: [{position: [90, 0, 5], radius: 6}]\n" BALL BOARD SHOT,
      ":7:", "lamp of shot 0 is in"},
     {"a mosaic as TIFF", HEAD "sensor: {mosaic: rggb}\nfiles: tiff\n", ":5:", "writes dng"},
+    {"no such thing", HEAD LAMP BALL BOARD SHOT "things:\n- {shape: cone, center: [9, 9, 9]}\n",
+     ":9:", "shape: ball, cylinder or box, not 'cone'"},
+    {"a sample that is a mirror", HEAD LAMP "sample: {radius: 10, material: {mirror: 1}}\n" BOARD,
+     ":5:", "mirror: a sample's reflectance is finite"},
     {"not YAML", "goniocam_scene: 1\ncamera: {size: [90\nseed: 3\n", ":", ""},
     {"not a scene", "goniocam: 1\n", ":1:", "goniocam_scene: 1"},
 };
