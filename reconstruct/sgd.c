@@ -59,10 +59,23 @@ double rec_upper_gamma(double a, double x)
     return gamma_fraction(a, 1) + sum;
 }
 
-static double slopes(facet a, double alpha, double p)
+/** kap of a channel, kept until alpha or p is another: it costs ten times the rest of a lobe. */
+static double normalisation(double alpha, double p, int channel)
+{
+    static _Thread_local struct {
+        double alpha, p, kap;
+    } kept[3];
+    if (kept[channel].alpha != alpha || kept[channel].p != p) {
+        kept[channel].alpha = alpha;
+        kept[channel].p = p;
+        kept[channel].kap = 1 / (alpha * rec_upper_gamma(1 - p, alpha));
+    }
+    return kept[channel].kap;
+}
+
+static double slopes(facet a, double alpha, double p, double kap)
 {
     double x = alpha + a.sin2_h / (a.cos2_h * alpha);
-    double kap = 1 / (alpha * rec_upper_gamma(1 - p, alpha));
     return kap * exp(-x) / (CAP_PI * pow(x, p) * a.cos2_h * a.cos2_h);
 }
 
@@ -90,7 +103,8 @@ static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
         const double *v = parameters + c;
         double g = shadowing(theta_i, v[LAMBDA], v[C_G], v[K], v[THETA0])
                    * shadowing(theta_o, v[LAMBDA], v[C_G], v[K], v[THETA0]);
-        double lobe = fresnel(a.c, v[F0], v[F1]) * slopes(a, v[ALPHA], v[P]) * g;
+        double lobe = fresnel(a.c, v[F0], v[F1])
+                      * slopes(a, v[ALPHA], v[P], normalisation(v[ALPHA], v[P], c)) * g;
         f[c] = (v[RHO_D] + v[RHO_S] * lobe / (a.cos_i * a.cos_o)) / CAP_PI;
     }
 }
