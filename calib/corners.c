@@ -241,6 +241,17 @@ static bool tag_box(const struct fit *f, const struct camera *camera, const stru
 }
 
 // Fill f->site with what lies at least margin_px from the rim. false: none, or out of memory.
+// So many photosites fix a tag to a part of what print and paper leave; more only cost time.
+static const double sites_wanted = 16384;
+
+// Of a large tag, the photosites of a lattice without straight rows: its edges, which often run
+// along rows or columns, are then met at all phases.
+static bool on_lattice(int x, int y, int every)
+{
+    int turn = (int)(0.618 * every);
+    return (x + turn * y) % every == 0;
+}
+
 static bool gather(struct fit *f, const struct camera *camera, const struct radiance *map,
                    double margin_px)
 {
@@ -253,8 +264,11 @@ static bool gather(struct fit *f, const struct camera *camera, const struct radi
         return false;
     f->site = site;
     f->sites = 0;
+    int every = (int)ceil((double)room / sites_wanted);
     for (int y = low[1]; y <= high[1]; y++)
         for (int x = low[0]; x <= high[0]; x++) {
+            if (!on_lattice(x, y, every))
+                continue;
             double pixel[2] = {x, y}, st[2], by_q[2][2], margin[2];
             struct photosite s = {0};
             tag_image_undistort(camera, pixel, s.q);

@@ -22,7 +22,7 @@
 
 enum { UNKNOWNS = 4, EDGES_MIN = 12, ROUNDS = 30 };  // UNKNOWNS: x, y, z, R
 static const double BIWEIGHT = 4.685;  // Tukey's constant: 95 % efficient for normal errors
-static const double MODEL_PX = 0.015;  // bias of the limb model: ../shared/facts.md has 0.009 mm
+static const double MODEL_PX = 0.012;  // bias of the limb model: ../shared/facts.md has 0.009 mm
 static const double RADIUS_PRIOR = 0.005;  // a ruler or caliper gives a radius to half a percent
 
 /** An edge as the fit sees it. */

@@ -10,3 +10,7 @@ brdf_test(calib bundle)
 brdf_test(calib board_light)
 brdf_test(calib board_plan)
 target_link_libraries(test_board_plan PRIVATE PkgConfig::CAIRO)
+
+add_executable(bench_calibration_speed bench/calibration_speed.c)
+target_include_directories(bench_calibration_speed PRIVATE ${PROJECT_SOURCE_DIR}/calib)
+target_link_libraries(bench_calibration_speed PRIVATE calib project_options PkgConfig::APRILTAG)
