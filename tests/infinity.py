@@ -14,14 +14,13 @@ import numpy as np
 import yaml
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+import given
 import truth as T
 
 failed = 0
 # Azimuth and height of the lamps, degrees; irradiance.
 LAMPS = [(0, 60), (60, 45), (120, 30), (180, 50), (240, 35), (300, 25), (20, 80), (200, 15)]
 IRRADIANCE = 0.25
-# The scene's default sensor: electrons a unit of radiance and second, DN an electron, black and white.
-FULL_SCALES = 2.5e7 * 0.08 / (4095 - 128)
 
 
 def check(what, value, limit):
@@ -44,24 +43,6 @@ def scene(tiny):
     return s
 
 
-def calibration(truth):
-    """calibration.yaml of a renderer's truth, without sigmas."""
-    import cv2
-    camera, sample = truth["camera"], truth["sample"]
-    return {
-        "goniocam": 1,
-        "cameras": [{"name": "c", "width": camera["width"], "height": camera["height"],
-                     "focal": [camera["fx"], camera["fy"]], "center": [camera["cx"], camera["cy"]],
-                     "distortion": camera["dist"]}],
-        "shots": [{"name": s["exposures"][0]["file"], "camera": "c", "light": "l%d" % k, "translation": s["t"], "power": 1.0,
-                   "rotation": [float(x) for x in cv2.Rodrigues(np.array(s["R"]))[0][:, 0]]}
-                  for k, s in enumerate(truth["shots"])],
-        "lights": [{"name": "l%d" % k, "frame": "world", "direction": way(*lamp), "irradiance": [IRRADIANCE * FULL_SCALES] * 3}
-                   for k, lamp in enumerate(LAMPS)],
-        "sample": {"shape": "sphere", "center": sample["center"], "radius": sample["radius"]},
-    }
-
-
 def main():
     goniocam, project = sys.argv[1:3]
     with tempfile.TemporaryDirectory() as folder:
@@ -74,7 +55,7 @@ def main():
         with open(at("capture/capture.yaml"), "w") as f:
             f.write("goniocam: 1\nphotos: {pattern: shot*.tif}\n")  # nothing else is known of the scene
         with open(at("calibration.yaml"), "w") as f:
-            yaml.safe_dump(calibration(truth.t), f)
+            yaml.safe_dump(given.calibration(truth.t), f)
         run("reconstruct", at("capture"), "-o", at("out"), "--calibration", at("calibration.yaml"))
         error, z = truth.bins(at("out"))
         check("no bins measured", len(error) < 5000, 0)
