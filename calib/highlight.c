@@ -18,7 +18,7 @@
 static const double RIM = 0.95;        // of the radius: beyond, all surfaces turn bright
 static const double AREA_MAX = 0.03;   // of the disc: wider is shading, not a highlight
 static const double CONTRAST_MIN = 2;  // of peak and median
-static const double CORE = 0.92;
+static const double CORE = 0.92, CORE_PX = 4, HALF = 0.5;  // a smaller core has no middle
 static const double ASYMMETRY = 0.3, CENTROID_PX = 0.1;
 
 /** The disc cut out of a map, in gray. */
@@ -108,8 +108,9 @@ static void collect(struct highlight *h, struct disc *d, int peak, double level,
     h->radius = sqrt(area / CAP_PI);
 }
 
-bool cal_highlight_find(struct highlight *h, const struct radiance *map, const double center[2],
-                        double radius)
+/** The highlight as what lies above a share of the way from median to peak. */
+static bool find_above(struct highlight *h, const struct radiance *map, const double center[2],
+                       double radius, double share)
 {
     struct disc d = {0};
     if (!cut_disc(&d, map, center, radius))
@@ -120,17 +121,27 @@ bool cal_highlight_find(struct highlight *h, const struct radiance *map, const d
     double median = 0;
     if (work && stack)
         count = levels_of(&d, work, &median, &peak);
-    bool found = count > 0 && d.gray[peak] > CONTRAST_MIN * fmax(median, 0);
+    median = fmax(median, 0);
+    bool found = count > 0 && d.gray[peak] > CONTRAST_MIN * median;
     if (found) {
-        struct highlight spot;
-        collect(&spot, &d, peak, fmax(median, 0) + CORE * (d.gray[peak] - fmax(median, 0)), stack);
-        found = CAP_PI * spot.radius * spot.radius < AREA_MAX * count;
-        if (found)
-            *h = spot;
+        collect(h, &d, peak, median + share * (d.gray[peak] - median), stack);
+        found = CAP_PI * h->radius * h->radius < AREA_MAX * count;
     }
     free(d.gray);
     free(work);
     free(stack);
+    return found;
+}
+
+bool cal_highlight_find(struct highlight *h, const struct radiance *map, const double center[2],
+                        double radius)
+{
+    struct highlight spot;
+    bool found = find_above(&spot, map, center, radius, CORE);
+    if (found && spot.radius < CORE_PX)
+        found = find_above(&spot, map, center, radius, HALF);
+    if (found)
+        *h = spot;
     return found;
 }
 
