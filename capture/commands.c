@@ -80,17 +80,8 @@ static int run_merge(const struct arguments *args)
     return cap_exit(status, &err);
 }
 
-static int run_info(const struct arguments *args)
-{
-    struct error err = {0};
-    if (args->count != 1)
-        return 2;
-    return cap_exit(cap_info(args->positional[0], cap_option(args, "json"), stdout, &err), &err);
-}
-
 const struct command cap_commands[] = {
     {"merge", "CAPTURE -o OUT", "merge exposure brackets into radiance maps", merge_options,
      run_merge},
-    {"info", "FILE", "what a photograph or a radiance map says of itself", NULL, run_info},
     {0},
 };

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PIXELS = 600000, BANDS_MIN = 16, ROWS_MIN = 16 };
+enum { PIXELS = 400000, BANDS_MIN = 16, ROWS_MIN = 4 };
 
 /* What one shot gives: `bands` bands of `rows` rows. */
 struct plan {

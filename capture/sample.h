@@ -10,7 +10,7 @@ struct sample_set {
     int samples;  // one a shot that could be read
 };
 
-/** Read bands of the shots of a camera, spread over the height of the image, some 600000 pixels
+/** Read bands of the shots of a camera, spread over the height of the image, some 400000 pixels
  *  in all; encoded photographs as codes. Damaged photographs are passed over: the merge tells about
  *  them. STATUS_MEMORY; STATUS_DATA: no shot can be read. */
 enum status sample_read(struct sample_set *set, const struct capture *capture, int camera,

@@ -9,20 +9,32 @@
 #include <stdlib.h>
 #include <string.h>
 
+static void find_levels(struct sensor *sensor, const struct sample_set *set,
+                        const struct sensor_known *known, struct sensor_doubts *doubts)
+{
+    struct sensor_doubts each[3] = {{0}};
+#pragma omp parallel for num_threads(3)
+    for (int c = 0; c < 3; c++)
+        sensor_find_levels(sensor, c, set->channel[c], set->samples, known, &each[c]);
+    doubts->black = each[0].black || each[1].black || each[2].black;
+}
+
+static void find_noise(struct sensor *sensor, const struct sample_set *set,
+                       const struct sensor_known *known, struct sensor_doubts *doubts)
+{
+    struct sensor_doubts each[3] = {{0}};
+#pragma omp parallel for num_threads(3)
+    for (int c = 0; c < 3; c++)
+        sensor_find_noise(sensor, c, set->channel[c], set->samples, known, &each[c]);
+    doubts->noise = each[0].noise || each[1].noise || each[2].noise;
+}
+
 void sensor_from_samples(struct sensor *sensor, struct bracket_sample *const sample[3], int samples,
                          const struct sensor_known *known, struct sensor_doubts *doubts)
 {
-#pragma omp parallel for num_threads(3)
-    for (int c = 0; c < 3; c++) {
-        struct sensor_doubts mine = {0};
-        sensor_find_levels(sensor, c, sample[c], samples, known, &mine);
-        sensor_find_noise(sensor, c, sample[c], samples, known, &mine);
-#pragma omp critical
-        {
-            doubts->black = doubts->black || mine.black;
-            doubts->noise = doubts->noise || mine.noise;
-        }
-    }
+    const struct sample_set set = {{sample[0], sample[1], sample[2]}, samples};
+    find_levels(sensor, &set, known, doubts);
+    find_noise(sensor, &set, known, doubts);
 }
 
 static void tell_doubts(const struct sensor_doubts *doubts, const struct sensor_known *known,
@@ -117,19 +129,22 @@ static double curve_error(const struct curve *curve, int c)
 }
 
 /* Levels and times depend on each other weakly: dark photosites tell one, bright ones the other. */
-static void find_times(double *seconds, const double *stated, const struct capture *capture,
-                       struct sample_set *set, const struct sensor_known *known)
+static void find_times(struct sensor *sensor, double *seconds, const struct capture *capture,
+                       struct sample_set *set, const struct sensor_known *known,
+                       struct sensor_doubts *doubts, int threads)
 {
-    enum { ROUNDS = 3 };
-    for (int round = 0; round < ROUNDS; round++) {
-        struct sensor rough = {0};
-#pragma omp parallel for num_threads(3)
-        for (int c = 0; c < 3; c++) {
-            struct sensor_doubts mine = {0};
-            sensor_find_levels(&rough, c, set->channel[c], set->samples, known, &mine);
-        }
-        times_estimate(seconds, stated, capture->photos, set, &rough);
+    enum { ROUNDS = 4 };
+    double *stated = malloc((size_t)capture->photos * sizeof *stated);
+    bool changed = stated != NULL;
+    if (stated)
+        memcpy(stated, seconds, (size_t)capture->photos * sizeof *stated);
+    find_levels(sensor, set, known, doubts);
+    for (int round = 0; round < ROUNDS && changed; round++) {
+        changed = times_estimate(seconds, stated, capture->photos, set, sensor, threads);
+        if (changed)
+            find_levels(sensor, set, known, doubts);
     }
+    free(stated);
 }
 
 enum status sensor_learn(struct learned *learned, double *seconds, const struct capture *capture,
@@ -140,28 +155,25 @@ enum status sensor_learn(struct learned *learned, double *seconds, const struct 
     struct sensor_doubts doubts = {0};
     struct learned made = {.encoded = photo->encoded};
     struct sample_set set = {0};
-    double *stated = malloc((size_t)capture->photos * sizeof *stated);
-    if (!stated)
-        return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
-    memcpy(stated, seconds, (size_t)capture->photos * sizeof *stated);
     enum status status = sample_read(&set, capture, camera, seconds, run, err);
     if (!status && made.encoded)
         status = find_curve(&made, capture, &set, run, err);
     if (!status)
         status = know_dark(&known, capture, camera, &made.curve, err);
-    if (!status && made.encoded)
+    if (!status && made.encoded) {
         linearise(&set, &made.curve);
-    else if (!status)
-        find_times(seconds, stated, capture, &set, &known);
+        find_levels(&made.sensor, &set, &known, &doubts);
+    } else if (!status) {
+        find_times(&made.sensor, seconds, capture, &set, &known, &doubts, run->threads);
+    }
     if (!status) {
-        sensor_from_samples(&made.sensor, set.channel, set.samples, &known, &doubts);
+        find_noise(&made.sensor, &set, &known, &doubts);
         for (int c = 0; c < 3 && made.encoded; c++)
             made.sensor.relative[c] = curve_error(&made.curve, c);
         tell_doubts(&doubts, &known, run);
         *learned = made;
     }
     sample_free(&set);
-    free(stated);
     return status;
 }
 

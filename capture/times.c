@@ -64,7 +64,7 @@ static void add_photosites(struct ratio_sums *sums, const struct bracket_sample 
 static bool measure_pair(struct pair *pair, const struct sample_set *set,
                          const struct sensor *sensor)
 {
-    enum { PASSES = 4, COUNT_MIN = 500 };
+    enum { PASSES = 3, COUNT_MIN = 500 };
     const struct bracket_sample *any = &set->channel[0][pair->sample];
     int f = pair->frame;
     double stated = any->time[f] / any->time[f - 1], ratio = stated, reach2 = INFINITY;
@@ -213,9 +213,9 @@ static bool is_significant(const struct pair *pair, int pairs, const double *c, 
 }
 
 static int measure_pairs(struct pair *pair, struct settings *settings, const double *stated,
-                         const struct sample_set *set, const struct sensor *sensor)
+                         const struct sample_set *set, const struct sensor *sensor, int threads)
 {
-    int pairs = 0;
+    int candidates = 0, pairs = 0;
     for (int k = 0; k < set->samples; k++) {
         const struct bracket_sample *s = &set->channel[0][k];
         for (int f = 0; f < s->frames; f++)
@@ -224,11 +224,17 @@ static int measure_pairs(struct pair *pair, struct settings *settings, const dou
             struct pair p = {.sample = k, .frame = f};
             p.setting[0] = setting_of(settings, stated[s->photo[f - 1]]);
             p.setting[1] = setting_of(settings, stated[s->photo[f]]);
-            if (p.setting[0] >= 0 && p.setting[1] >= 0 && p.setting[0] != p.setting[1]
-                && measure_pair(&p, set, sensor))
-                pair[pairs++] = p;
+            if (p.setting[0] >= 0 && p.setting[1] >= 0 && p.setting[0] != p.setting[1])
+                pair[candidates++] = p;
         }
     }
+#pragma omp parallel for schedule(dynamic) num_threads(threads)
+    for (int p = 0; p < candidates; p++)
+        if (!measure_pair(&pair[p], set, sensor))
+            pair[p].sigma = INFINITY;
+    for (int p = 0; p < candidates; p++)
+        if (isfinite(pair[p].sigma))
+            pair[pairs++] = pair[p];
     return pairs;
 }
 
@@ -263,16 +269,18 @@ static void apply(double *seconds, const double *stated, int photos, struct sett
     }
 }
 
-void times_estimate(double *seconds, const double *stated, int photos, struct sample_set *set,
-                    const struct sensor *sensor)
+bool times_estimate(double *seconds, const double *stated, int photos, struct sample_set *set,
+                    const struct sensor *sensor, int threads)
 {
     size_t room = 1;
     for (int k = 0; k < set->samples; k++)
         room += (size_t)set->channel[0][k].frames;
     struct settings settings = {0};
     struct pair *pair = calloc(room, sizeof *pair);
-    int pairs = pair ? measure_pairs(pair, &settings, stated, set, sensor) : 0;
+    double *before = malloc((size_t)photos * sizeof *before), change = 0;
+    int pairs = pair && before ? measure_pairs(pair, &settings, stated, set, sensor, threads) : 0;
     if (pairs > 0) {
+        memcpy(before, seconds, (size_t)photos * sizeof *before);
         refer_to_stated(pair, pairs, stated, set);
         double jitter = 0;
         bool ok = fit_settings(settings.c, settings.count, pair, pairs, 0);
@@ -283,6 +291,10 @@ void times_estimate(double *seconds, const double *stated, int photos, struct sa
         if (!ok || !is_significant(pair, pairs, settings.c, settings.count, jitter))
             memset(settings.c, 0, sizeof settings.c);
         apply(seconds, stated, photos, &settings, pair, pairs, jitter, set);
+        for (int i = 0; i < photos; i++)
+            change = fmax(change, fabs(seconds[i] / before[i] - 1));
     }
+    free(before);
     free(pair);
+    return change > 0.1 * floor_sigma;
 }

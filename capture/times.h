@@ -6,7 +6,8 @@
 
 /** Replace seconds[] of the sampled photographs by times that agree with their pixels; method:
  *  times.c. stated[] are the times of the files; both [capture->photos]. Where the photographs do
- *  not contradict the stated times, these stay. Then set->...->time follow. */
-void times_estimate(double *seconds, const double *stated, int photos, struct sample_set *set,
-                    const struct sensor *sensor);
+ *  not contradict the stated times, these stay. Then set->...->time follow. true: seconds[] have
+ *  changed. */
+bool times_estimate(double *seconds, const double *stated, int photos, struct sample_set *set,
+                    const struct sensor *sensor, int threads);
 #endif

@@ -99,7 +99,7 @@ static void test_true_times_stay(void **state)
         for (int f = 0; f < FRAMES; f++)
             truth[k][f] = pow(4, f) / 1024;
     make_scene(&scene, truth);
-    times_estimate(scene.seconds, scene.stated, PHOTOS, &scene.set, &scene.sensor);
+    times_estimate(scene.seconds, scene.stated, PHOTOS, &scene.set, &scene.sensor, 1);
     assert_memory_equal(scene.seconds, scene.stated, sizeof scene.seconds);
     free_scene(&scene);
 }
@@ -114,7 +114,7 @@ static void test_nominal_times_are_seen_through(void **state)
         for (int f = 0; f < FRAMES; f++)
             truth[k][f] = wrong[f] * pow(4, f) / 1024;
     make_scene(&scene, truth);
-    times_estimate(scene.seconds, scene.stated, PHOTOS, &scene.set, &scene.sensor);
+    times_estimate(scene.seconds, scene.stated, PHOTOS, &scene.set, &scene.sensor, 1);
     // The 0.2 %; noise is 0.02 % a pair.
     assert_true(worst_ratio(&scene, truth) < 0.1);
     // The same setting is the same time in every shot: the scale between shots is kept.
@@ -136,7 +136,7 @@ static void test_a_shutter_that_varies(void **state)
             truth[k][f] = (1 + stated_wrong[f] / 100) * exp(jitter) * pow(4, f) / 1024;
         }
     make_scene(&scene, truth);
-    times_estimate(scene.seconds, scene.stated, PHOTOS, &scene.set, &scene.sensor);
+    times_estimate(scene.seconds, scene.stated, PHOTOS, &scene.set, &scene.sensor, 1);
     assert_true(worst_ratio(&scene, truth) < 0.2);
     double mean = 0;
     for (int k = 0; k < SHOTS; k++) {
