@@ -1,5 +1,6 @@
 /* commands.c -- the commands of reconstruct/: arguments and messages, no arithmetic. */
 #include "bins_hdf5.h"
+#include "info.h"
 #include "team.h"
 
 #include <ctype.h>
@@ -239,6 +240,17 @@ static int run_eval(const struct arguments *args)
     return cap_exit(status, &err);
 }
 
+/* ---- info -------------------------------------------------------------------------------------
+ */
+
+static int run_info(const struct arguments *args)
+{
+    struct error err = {0};
+    if (args->count != 1)
+        return 2;
+    return cap_exit(rec_info(args->positional[0], cap_option(args, "json"), stdout, &err), &err);
+}
+
 static const struct option reconstruct_options[] = {
     {"output", "OUT", "folder for everything that is found", 'o'},
     {"calibration", "FILE", "start from this calibration.yaml: no board is needed", 0},
@@ -257,5 +269,7 @@ const struct command rec_commands[] = {
     {"fit", "OUT|TABLE", "fit models to measured bins, or to a MERL table", fit_options, run_fit},
     {"eval", "BRDF", "\"theta_i theta_o phi\" lines (degrees) from stdin to \"r g b\" lines", NULL,
      run_eval},
+    {"info", "FILE", "what a photograph, radiance map, table, fits, bins or samples hold", NULL,
+     run_info},
     {0},
 };
