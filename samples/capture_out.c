@@ -32,6 +32,15 @@ static void write_board(struct yaml_out *out, const struct scene_board *board)
     cap_yaml_close(out);
 }
 
+/** A scanned object is named; where it stands nobody measures with a ruler. */
+static void write_mesh(struct yaml_out *out, const struct scene_sample *sample)
+{
+    cap_yaml_flow_map(out, "sample");
+    cap_yaml_text(out, "shape", "mesh");
+    cap_yaml_text(out, "file", sample->file);
+    cap_yaml_close(out);
+}
+
 static void write_sample(struct yaml_out *out, const struct sample_place *place)
 {
     bool sphere = place->shape == SHAPE_SPHERE;
@@ -115,7 +124,10 @@ enum status sam_capture_write(const struct scene *scene, const char *path, struc
         return status;
     cap_yaml_int(out, "goniocam", 1);
     write_board(out, &scene->board);
-    write_sample(out, &scene->sample.nominal);
+    if (scene->sample.mesh)
+        write_mesh(out, &scene->sample);
+    else
+        write_sample(out, &scene->sample.nominal);
     write_patches(out, scene);
     write_lights(out, scene);
     cap_yaml_flow_map(out, "photos");

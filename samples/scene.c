@@ -192,25 +192,51 @@ static bool read_lamps(struct scene *scene, struct doc *doc, doc_node root)
 
 // ---- the sample
 
+static void read_mesh(struct scene_sample *sample, struct doc *doc, doc_node node)
+{
+    const char *file = sam_doc_text(doc, node, "file", NULL);
+    double scale = sam_doc_number(doc, node, "scale", 1, 1e-9, 1e9);
+    vec3 rotation = vec3_scale(sam_doc_vec3(doc, node, "rotation_deg", (vec3){0, 0, 0}), DEG);
+    vec3 center = sam_doc_vec3(doc, node, "center", (vec3){0, 0, 0});
+    struct sample_place *place = &sample->place;
+    struct error why = {0};
+    *place = (struct sample_place){.shape = SHAPE_MESH, .center = center, .radius = 1};
+    snprintf(sample->file, sizeof sample->file, "%s", file);
+    sam_doc_need(doc, node, "center");
+    char *path = sam_doc_fine(doc) ? sam_doc_beside(doc, file) : NULL;
+    if (path && sam_mesh_read(&sample->mesh, path, scale, rotation, center, &why))
+        sam_doc_wrong(doc, node, "file: %s", why.text);
+    if (sample->mesh)
+        sam_mesh_reach(sample->mesh, &place->center, &place->radius);
+    free(path);
+}
+
+static void read_sphere_or_cylinder(struct sample_place *place, struct doc *doc, doc_node node)
+{
+    place->radius = sam_doc_number(doc, node, "radius", NAN, 1e-6, 1e6);
+    place->center = sam_doc_vec3(doc, node, "center", (vec3){0, 0, 2 * place->radius});
+    if (place->shape == SHAPE_CYLINDER) {
+        place->height = sam_doc_number(doc, node, "height", NAN, 1e-6, 1e6);
+        place->axis = read_direction(doc, node, "axis", (vec3){0, 0, 1});
+    }
+}
+
 static void read_sample(struct scene_sample *sample, struct doc *doc, doc_node node)
 {
     struct sample_place *place = &sample->place;
     const char *shape = sam_doc_text(doc, node, "shape", "sphere");
-    if (strcmp(shape, "sphere") == 0)
-        place->shape = SHAPE_SPHERE;
-    else if (strcmp(shape, "cylinder") == 0)
-        place->shape = SHAPE_CYLINDER;
+    place->shape = strcmp(shape, "sphere") == 0     ? SHAPE_SPHERE
+                   : strcmp(shape, "cylinder") == 0 ? SHAPE_CYLINDER
+                   : strcmp(shape, "mesh") == 0     ? SHAPE_MESH
+                                                    : SHAPE_NONE;
+    if (place->shape == SHAPE_NONE)
+        sam_doc_wrong(doc, sam_doc_get(doc, node, "shape"),
+                      "shape: sphere, cylinder or mesh, not '%s'", shape);
+    else if (place->shape == SHAPE_MESH)
+        read_mesh(sample, doc, node);
     else
-        sam_doc_wrong(doc, sam_doc_get(doc, node, "shape"), "shape: sphere or cylinder, not '%s'",
-                      shape);
-    place->radius = sam_doc_number(doc, node, "radius", NAN, 1e-6, 1e6);
-    place->center = sam_doc_vec3(doc, node, "center", (vec3){0, 0, 2 * place->radius});
+        read_sphere_or_cylinder(place, doc, node);
     sample->nominal = *place;
-    if (place->shape == SHAPE_CYLINDER) {
-        place->height = sam_doc_number(doc, node, "height", NAN, 1e-6, 1e6);
-        place->axis = read_direction(doc, node, "axis", (vec3){0, 0, 1});
-        sample->nominal = *place;
-    }
     sample->nominal.center = sam_doc_vec3(doc, node, "nominal_center", place->center);
     sam_read_material(&sample->material, doc, sam_doc_need(doc, node, "material"), false);
 }
@@ -232,7 +258,7 @@ static void check_places(const struct scene *scene, struct doc *doc)
     const struct sample_place *place = &scene->sample.place;
     doc_node shots = sam_doc_get(doc, sam_doc_root(doc), "shots");
     double reach =
-        place->shape == SHAPE_SPHERE ? place->radius : hypot(place->radius, place->height / 2);
+        place->shape != SHAPE_CYLINDER ? place->radius : hypot(place->radius, place->height / 2);
     for (int i = 0; i < scene->shots; i++) {
         struct lighting light = sam_lighting(scene, &scene->shot[i]);
         vec3 from_eye = vec3_sub(cal_eye(scene->shot[i].view_from_world), place->center);
@@ -305,6 +331,7 @@ void sam_scene_free(struct scene *scene)
     free(scene->exposure);
     free(scene->lamp);
     sam_material_free(&scene->sample.material);
+    sam_mesh_free(scene->sample.mesh);
     sam_things_free(&scene->things);
     free(scene->board.tag);
     free(scene->patch);

@@ -5,6 +5,7 @@
 #ifndef GONIOCAM_SAMPLES_SCENE_H
 #define GONIOCAM_SAMPLES_SCENE_H
 
+#include "mesh.h"
 #include "things.h"
 
 enum { SCENE_NAME = 64, PATCHES_MAX = 16 };
@@ -56,9 +57,11 @@ struct scene_lamp {
 };
 
 struct scene_sample {
-    struct sample_place place;    // where it is
+    struct sample_place place;    // where it is; of a mesh, a ball about it
     struct sample_place nominal;  // where capture.yaml says it is
     struct material material;
+    struct mesh *mesh;  // NULL for other shapes
+    char file[256];     // of the mesh, as the scene names it
 };
 
 /** A grey sheet with printed tags on paper. The paper's surface is the plane of the tags; the

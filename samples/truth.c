@@ -219,13 +219,18 @@ static json_t *material(const struct material *m)
 
 static json_t *sample(const struct scene_sample *s)
 {
-    bool sphere = s->place.shape == SHAPE_SPHERE;
-    json_t *map = json_pack("{s:s, s:o, s:f, s:o}", "kind", sphere ? "sphere" : "cylinder",
-                            "center", point(s->place.center), "radius", s->place.radius, "material",
+    static const char *const kinds[] = {
+        [SHAPE_SPHERE] = "sphere", [SHAPE_CYLINDER] = "cylinder", [SHAPE_MESH] = "mesh"};
+    json_t *map = json_pack("{s:s, s:o, s:f, s:o}", "kind", kinds[s->place.shape], "center",
+                            point(s->place.center), "radius", s->place.radius, "material",
                             material(&s->material));
-    if (!sphere) {
+    if (s->place.shape == SHAPE_CYLINDER) {
         json_object_set_new(map, "axis", point(s->place.axis));
         json_object_set_new(map, "length", json_real(s->place.height));
+    }
+    if (s->mesh) {
+        json_object_set_new(map, "file", json_string(s->file));
+        json_object_set_new(map, "triangles", json_integer(sam_mesh_triangles(s->mesh)));
     }
     return map;
 }

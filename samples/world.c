@@ -156,6 +156,8 @@ static bool may_meet(const struct cone *cone, vec3 direction, double sign)
 static struct crossing cross_sample(const struct world *world, struct ray ray)
 {
     const struct sample_place *place = &world->scene->sample.place;
+    if (place->shape == SHAPE_MESH)
+        return sam_cross_mesh(ray, world->scene->sample.mesh);
     if (place->shape == SHAPE_SPHERE)
         return sam_cross_sphere(ray, place->center, place->radius, CLEAR);
     return sam_cross_rod(ray, &world->rod, CLEAR);
