@@ -2,8 +2,9 @@
  *
  * Method.   The sum over thousands of cells of the board, by the best fit where one is known and by
  *           cal_bounce() before that, is smooth over the sample: it is taken on a grid of a
- *           fortieth of the sample's box and interpolated. Near the outline, where it rises with
- *           Fresnel's term, it is taken at the photosite.
+ *           fortieth of the sample's box and interpolated. Near a ball's outline, where it rises
+ *           with Fresnel's term, the grid is one of azimuth about the ball's middle and of cos_o;
+ * on other shapes it is taken at the photosite there.
  */
 #include "bounce_map.h"
 
@@ -13,8 +14,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { GRID = 40 };
-static const double GRAZING = 0.35;  // cosine below which nothing is interpolated
+enum { GRID = 40, TURNS = 96, RINGS = 36 };
+static const double GRAZING = 0.35;  // cosine below which the grid of pixels has no nodes
+// Cosine up to which the grid near the outline reaches: past every cell of pixels that GRAZING
+// cuts.
+static const double REACH = 0.55;
 
 enum node_state { NODE_UNKNOWN, NODE_GOOD, NODE_OFF };
 struct bounce_node {
@@ -32,8 +36,11 @@ enum status rec_bounce_make(struct bounce_map *map, const struct calibration *ca
         m.columns = (box.x1 - box.x0) / m.step + 2;
         m.rows = (box.y1 - box.y0) / m.step + 2;
         m.node = calloc((size_t)m.columns * (size_t)m.rows, sizeof *m.node);
-        if (!m.node)
-            return cap_fail(err, STATUS_MEMORY, "%d x %d bounced nodes", m.columns, m.rows);
+        m.rim = calloc(TURNS * (RINGS + 1), sizeof *m.rim);
+        if (!m.node || !m.rim) {
+            rec_bounce_free(&m);
+            return cap_fail(err, STATUS_MEMORY, "%d x %d bounced nodes", GRID, GRID);
+        }
     }
     *map = m;
     return STATUS_OK;
@@ -42,6 +49,7 @@ enum status rec_bounce_make(struct bounce_map *map, const struct calibration *ca
 void rec_bounce_free(struct bounce_map *map)
 {
     free(map->node);
+    free(map->rim);
     *map = (struct bounce_map){0};
 }
 
@@ -100,6 +108,56 @@ static const struct bounce_node *node_at(struct bounce_map *m, int i, int j)
     return node;
 }
 
+// The eye from a ball's middle: z, and two directions across. Its length is returned.
+static double rim_frame(const struct viewing *v, vec3 frame[3])
+{
+    vec3 to_eye = vec3_sub(v->eye, v->sample->center);
+    double distance = vec3_length(to_eye);
+    frame[2] = vec3_scale(to_eye, 1 / distance);
+    frame[0] = vec3_normalize(
+        vec3_cross(fabs(frame[2].x) < 0.7 ? (vec3){1, 0, 0} : (vec3){0, 1, 0}, frame[2]));
+    frame[1] = vec3_cross(frame[2], frame[0]);
+    return distance;
+}
+
+// The node of a turn and a ring: where the sight line leaves the ball at theta_o, which is the
+// angle of n from the eye's direction plus that at the eye (law of sines).
+static const struct bounce_node *rim_at(struct bounce_map *m, int turn, int ring)
+{
+    struct bounce_node *node = &m->rim[turn * (RINGS + 1) + ring];
+    if (node->state != NODE_UNKNOWN)
+        return node;
+    const struct viewing *v = m->viewing;
+    vec3 f[3];
+    double distance = rim_frame(v, f), theta_o = acos(REACH * fmax(ring, 0.01) / RINGS);
+    double off = theta_o - asin(v->sample->radius / distance * sin(theta_o));
+    double a = 2 * CAP_PI * turn / TURNS;
+    vec3 n = vec3_add(
+        vec3_scale(f[2], cos(off)),
+        vec3_scale(vec3_add(vec3_scale(f[0], cos(a)), vec3_scale(f[1], sin(a))), sin(off)));
+    vec3 point = vec3_add(v->sample->center, vec3_scale(n, v->sample->radius));
+    bounce(m, point, n, vec3_normalize(vec3_sub(v->eye, point)), node->radiance);
+    node->state = NODE_GOOD;
+    return node;
+}
+
+static void bounce_near_rim(struct bounce_map *m, const footprint *a, double radiance[3])
+{
+    vec3 f[3];
+    rim_frame(m->viewing, f);
+    double turn =
+        atan2(vec3_dot(a->normal, f[1]), vec3_dot(a->normal, f[0])) / (2 * CAP_PI) * TURNS;
+    double ring = vec3_dot(a->normal, a->wo) / REACH * RINGS;
+    int i = (int)floor(turn), j = (int)fmin(floor(ring), RINGS - 1);
+    double s = turn - i, t = ring - j;
+    const double weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
+    for (int k = 0; k < 4; k++) {
+        const struct bounce_node *node = rim_at(m, (i + (k & 1) + 2 * TURNS) % TURNS, j + (k >> 1));
+        for (int c = 0; c < 3; c++)
+            radiance[c] += weight[k] * node->radiance[c];
+    }
+}
+
 void rec_bounce_at(struct bounce_map *m, const footprint *a, int x, int y, double radiance[3])
 {
     memset(radiance, 0, sizeof(double[3]));
@@ -111,7 +169,13 @@ void rec_bounce_at(struct bounce_map *m, const footprint *a, int x, int y, doubl
     for (int k = 0; k < 4; k++) {
         const struct bounce_node *node = node_at(m, i + (k & 1), j + (k >> 1));
         if (node->state == NODE_OFF) {
-            bounce(m, a->point, a->normal, a->wo, radiance);
+            double cos_o = vec3_dot(a->normal, a->wo);
+            bool ball = m->viewing->sample->shape == SHAPE_SPHERE;
+            memset(radiance, 0, sizeof(double[3]));
+            if (ball && cos_o > 0 && cos_o < REACH)
+                bounce_near_rim(m, a, radiance);
+            else
+                bounce(m, a->point, a->normal, a->wo, radiance);
             return;
         }
         for (int c = 0; c < 3; c++)

@@ -5,13 +5,14 @@
 #include "footprint.h"
 
 /** Bounced radiance of one view on a grid of pixels, filled where it is asked for. For one thread.
- *  Owns node; {0} is empty; rec_bounce_free(). */
+ *  Owns node and rim; {0} is empty; rec_bounce_free(). */
 struct bounce_map {
     const struct calibration *calibration;
     const struct viewing *viewing;
     int view, step, columns, rows;
     pixel_box box;
     struct bounce_node *node;  // [rows][columns]
+    struct bounce_node *rim;   // near a ball's outline: [turns][rings + 1]
 };
 
 /** An empty map over the box. Where the calibration knows of no surroundings it gives 0. */
