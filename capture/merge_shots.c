@@ -173,8 +173,8 @@ static enum status save_curve(const struct learned *learned, const struct captur
     return status;
 }
 
-static enum status learn(struct lessons *lessons, const struct capture *capture, const char *out,
-                         struct run *run, struct error *err)
+static enum status learn(struct lessons *lessons, bool *left_out, const struct capture *capture,
+                         const char *out, struct run *run, struct error *err)
 {
     size_t cameras = (size_t)capture->cameras;
     lessons->learned = calloc(cameras, sizeof *lessons->learned);
@@ -187,7 +187,8 @@ static enum status learn(struct lessons *lessons, const struct capture *capture,
     cap_stage(run, "levels", capture->cameras);
     enum status status = STATUS_OK;
     for (int k = 0; k < capture->cameras && !status; k++) {
-        status = sensor_learn(&lessons->learned[k], lessons->seconds, capture, k, run, err);
+        status =
+            sensor_learn(&lessons->learned[k], lessons->seconds, left_out, capture, k, run, err);
         if (!status && lessons->learned[k].recovered)
             status = save_curve(&lessons->learned[k], capture, k, out, err);
         if (!status)
@@ -209,7 +210,7 @@ enum status cap_merge(const struct capture *capture, const char *out, struct sen
     if (!status)
         status = cap_make_folder(folder, err);
     if (!status)
-        status = learn(&lessons, capture, out, run, err);
+        status = learn(&lessons, left_out, capture, out, run, err);
     struct job job = {.capture = capture,
                       .folder = folder,
                       .learned = lessons.learned,

@@ -17,11 +17,11 @@ struct plan {
     int bands, rows;
 };
 
-static struct plan make_plan(int shots, int width, int height)
+static struct plan make_plan(int shots, int width, int height, int pitch)
 {
     struct plan plan = {.bands = (BANDS_MIN + shots - 1) / shots};
     plan.rows = PIXELS / shots / plan.bands / width / 2 * 2;
-    plan.rows = plan.rows > ROWS_MIN ? plan.rows : ROWS_MIN;
+    plan.rows = plan.rows > ROWS_MIN * pitch ? plan.rows : ROWS_MIN * pitch;
     if (plan.bands * plan.rows >= height)
         plan = (struct plan){1, height};
     return plan;
@@ -148,7 +148,12 @@ enum status sample_read(struct sample_set *set, const struct capture *capture, i
             shot[shots++] = s;
     const struct camera_kind *kind = &capture->camera[camera];
     if (ok && shots > 0) {
-        struct plan plan = make_plan(shots, kind->width, kind->height);
+        made.pitch = capture->photo[capture->shot[shot[0]].photo[0]].channels == 1 ? 2 : 1;
+        struct plan plan = make_plan(shots, kind->width, kind->height, made.pitch);
+        made.width = kind->width / made.pitch;
+        // Odd sizes of a mosaic would need care for nothing: no steps are looked for there.
+        bool even = (kind->width | plan.rows) % made.pitch == 0;
+        made.rows = even ? plan.rows / made.pitch : 0;
 #pragma omp parallel for schedule(dynamic) num_threads(run->threads)
         for (int k = 0; k < shots; k++) {
             struct bracket_sample *const s[3] = {&made.channel[0][k], &made.channel[1][k],

@@ -8,6 +8,8 @@
 struct sample_set {
     struct bracket_sample *channel[3];
     int samples;  // one a shot that could be read
+    // Red and blue photosites stand in bands of `rows` rows of `width`, `pitch` pixels apart.
+    int width, rows, pitch;
 };
 
 /** Read bands of the shots of a camera, spread over the height of the image, some 400000 pixels

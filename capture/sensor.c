@@ -1,5 +1,6 @@
 /* sensor.c -- what the merge has to know of a camera, learned from a sample of its photographs. */
 #include "sensor.h"
+#include "moved.h"
 #include "photo.h"
 #include "recover.h"
 #include "sample.h"
@@ -32,7 +33,8 @@ static void find_noise(struct sensor *sensor, const struct sample_set *set,
 void sensor_from_samples(struct sensor *sensor, struct bracket_sample *const sample[3], int samples,
                          const struct sensor_known *known, struct sensor_doubts *doubts)
 {
-    const struct sample_set set = {{sample[0], sample[1], sample[2]}, samples};
+    const struct sample_set set = {.channel = {sample[0], sample[1], sample[2]},
+                                   .samples = samples};
     find_levels(sensor, &set, known, doubts);
     find_noise(sensor, &set, known, doubts);
 }
@@ -147,8 +149,9 @@ static void find_times(struct sensor *sensor, double *seconds, const struct capt
     free(stated);
 }
 
-enum status sensor_learn(struct learned *learned, double *seconds, const struct capture *capture,
-                         int camera, struct run *run, struct error *err)
+enum status sensor_learn(struct learned *learned, double *seconds, bool *left_out,
+                         const struct capture *capture, int camera, struct run *run,
+                         struct error *err)
 {
     const struct photo *photo = first_photo(capture, camera);
     struct sensor_known known = what_is_known(capture, photo);
@@ -167,6 +170,7 @@ enum status sensor_learn(struct learned *learned, double *seconds, const struct 
         find_times(&made.sensor, seconds, capture, &set, &known, &doubts, run->threads);
     }
     if (!status) {
+        moved_find(left_out, capture, &set, &made.sensor, run);
         find_noise(&made.sensor, &set, &known, &doubts);
         for (int c = 0; c < 3 && made.encoded; c++)
             made.sensor.relative[c] = curve_error(&made.curve, c);
@@ -181,14 +185,19 @@ enum status cap_sensor_find(struct sensor *sensor, const struct capture *capture
                             struct run *run, struct error *err)
 {
     double *seconds = calloc((size_t)capture->photos, sizeof *seconds);
+    bool *left_out = calloc((size_t)capture->photos, sizeof *left_out);
     struct learned learned;
-    if (!seconds)
+    if (!seconds || !left_out) {
+        free(seconds);
+        free(left_out);
         return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+    }
     for (int i = 0; i < capture->photos; i++)
         seconds[i] = capture->photo[i].exposure_time;
-    enum status status = sensor_learn(&learned, seconds, capture, camera, run, err);
+    enum status status = sensor_learn(&learned, seconds, left_out, capture, camera, run, err);
     if (!status)
         *sensor = learned.sensor;
+    free(left_out);
     free(seconds);
     return status;
 }

@@ -46,7 +46,9 @@ struct learned {
 };
 
 /** Learn camera `camera` from its photographs. seconds[] ([capture->photos]) hold their times as
- *  stated, and afterwards as seen. STATUS_DATA where the photographs do not tell. */
-enum status sensor_learn(struct learned *learned, double *seconds, const struct capture *capture,
-                         int camera, struct run *run, struct error *err);
+ *  stated, and afterwards as seen; left_out[] (the same) become true where a photograph moved
+ *  against its shot. STATUS_DATA where the photographs do not tell. */
+enum status sensor_learn(struct learned *learned, double *seconds, bool *left_out,
+                         const struct capture *capture, int camera, struct run *run,
+                         struct error *err);
 #endif

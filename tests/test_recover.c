@@ -68,7 +68,7 @@ static void test_curve(void **state)
 {
     const struct row *r = *state;
     static struct bracket_sample sample[3][SHOTS];
-    struct sample_set set = {{sample[0], sample[1], sample[2]}, SHOTS};
+    struct sample_set set = {.channel = {sample[0], sample[1], sample[2]}, .samples = SHOTS};
     struct curve curve;
     uint64_t random = 11;
     for (int c = 0; c < 3; c++)
