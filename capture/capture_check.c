@@ -218,7 +218,7 @@ static enum status check_response(struct capture *capture, const struct capture_
                                                       : RESPONSE_FILE;
     if (capture->response != RESPONSE_FILE)
         return STATUS_OK;
-    char *path = cap_path(capture->folder, name);
+    char *path = capture->folder ? cap_path(capture->folder, name) : NULL;
     bool there = path && access(path, R_OK) == 0;
     free(path);
     if (!there)

@@ -48,4 +48,6 @@ enum status raw_open(struct photo_file **file, const char *path, struct error *e
 /** Settings from an EXIF block (a TIFF structure, without "Exif\0\0"); a broken one tells nothing.
  */
 void exif_take(struct photo *info, const unsigned char *block, size_t size);
+/** Exposure time and aperture of a Canon CRW file; nothing happens where it is none. */
+void ciff_take(struct photo *info, const char *path);
 #endif

@@ -146,6 +146,9 @@ static enum status begin(struct raw_file *file, struct error *err)
     if (!(info->black > 0) && unpack(file, NULL) == STATUS_OK)
         read_levels(file);
     read_settings(info, file->raw);
+    const char *dot = strrchr(file->base.path, '.');
+    if (dot && strcasecmp(dot, ".crw") == 0)
+        ciff_take(info, file->base.path);
     return STATUS_OK;
 }
 
