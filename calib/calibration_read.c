@@ -33,10 +33,16 @@ struct shot_node {
     struct seen_tag *tag;
     int tags;
 };
+struct cue_node {
+    enum cue cue;
+    double direction[3], sigma_direction, distance, sigma_distance;
+};
 struct light_node {
     char *name, *frame;
     double *position, *direction, *intensity, *irradiance;  // [3] each, or NULL
     double sigma_position[3], sigma_direction[3], sigma_intensity[3], sigma_irradiance[3];
+    struct cue_node *cue;
+    int cues;
 };
 struct sample_node {
     enum shape shape;
@@ -102,6 +108,18 @@ static const cyaml_schema_field_t shot_fields[] = {TEXT(NEED, shot_node, name),
                                                    NUMBER(MAY, shot_node, rms_px),
                                                    LIST("tags", MAY, shot_node, tag, &tag_value),
                                                    CYAML_FIELD_END};
+static const cyaml_strval_t cue_names[] = {
+    {"board", CUE_BOARD}, {"sample", CUE_SAMPLE}, {"highlight", CUE_HIGHLIGHT}};
+static const cyaml_schema_field_t cue_fields[] = {CYAML_FIELD_ENUM("cue", CYAML_FLAG_STRICT,
+                                                                   struct cue_node, cue, cue_names,
+                                                                   CYAML_ARRAY_LEN(cue_names)),
+                                                  NUMBERS(NEED, cue_node, direction, 3),
+                                                  NUMBER(NEED, cue_node, sigma_direction),
+                                                  NUMBER(MAY, cue_node, distance),
+                                                  NUMBER(MAY, cue_node, sigma_distance),
+                                                  CYAML_FIELD_END};
+static const cyaml_schema_value_t cue_value = {
+    CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct cue_node, cue_fields)};
 static const cyaml_schema_field_t light_fields[] = {TEXT(NEED, light_node, name),
                                                     TEXT(MAY, light_node, frame),
                                                     VECTOR(light_node, position),
@@ -112,6 +130,7 @@ static const cyaml_schema_field_t light_fields[] = {TEXT(NEED, light_node, name)
                                                     NUMBERS(MAY, light_node, sigma_direction, 3),
                                                     NUMBERS(MAY, light_node, sigma_intensity, 3),
                                                     NUMBERS(MAY, light_node, sigma_irradiance, 3),
+                                                    LIST("cues", MAY, light_node, cue, &cue_value),
                                                     CYAML_FIELD_END};
 static const cyaml_strval_t shapes[] = {
     {"sphere", SHAPE_SPHERE}, {"cylinder", SHAPE_CYLINDER}, {"mesh", SHAPE_MESH}};
@@ -206,6 +225,11 @@ static enum status take_light(struct lamp *lamp, struct light_node *node, struct
     memcpy(lamp->sigma_direction, node->sigma_direction, sizeof lamp->sigma_direction);
     memcpy(lamp->sigma_intensity, point ? node->sigma_intensity : node->sigma_irradiance,
            sizeof lamp->sigma_intensity);
+    for (int i = 0; i < node->cues; i++) {
+        const struct cue_node *cue = node->cue + i;
+        lamp->cue[cue->cue] = (struct lamp_cue){vec3_of(cue->direction), cue->sigma_direction,
+                                                cue->distance, cue->sigma_distance};
+    }
     lamp->name = take(&node->name);
     return STATUS_OK;
 }

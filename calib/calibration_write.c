@@ -82,6 +82,30 @@ static void write_view(struct yaml_out *out, const struct calibration *c, const 
     cap_yaml_close(out);
 }
 
+// What each cue alone says, seen from the sample.
+static void write_cues(struct yaml_out *out, const struct lamp *l)
+{
+    bool any = false;
+    for (int k = CUE_BOARD; k < CUES; k++)
+        any = any || l->cue[k].sigma > 0;
+    if (!any)
+        return;
+    cap_yaml_list(out, "cues");
+    for (int k = CUE_BOARD; k < CUES; k++) {
+        const struct lamp_cue *cue = &l->cue[k];
+        if (cue->sigma <= 0)
+            continue;
+        cap_yaml_map(out, NULL);
+        cap_yaml_text(out, "cue", cal_cue_name((enum cue)k));
+        write_vec3(out, "direction", cue->direction);
+        cap_yaml_number(out, "sigma_direction", cue->sigma);
+        number_if_known(out, "distance", cue->distance);
+        number_if_known(out, "sigma_distance", cue->sigma_distance);
+        cap_yaml_close(out);
+    }
+    cap_yaml_close(out);
+}
+
 static void write_lamp(struct yaml_out *out, const struct lamp *l)
 {
     cap_yaml_map(out, NULL);
@@ -97,6 +121,7 @@ static void write_lamp(struct yaml_out *out, const struct lamp *l)
     cap_yaml_numbers(out, l->at_infinity ? "irradiance" : "intensity", l->intensity, 3);
     numbers_if_known(out, l->at_infinity ? "sigma_irradiance" : "sigma_intensity",
                      l->sigma_intensity, 3);
+    write_cues(out, l);
     cap_yaml_close(out);
 }
 

@@ -9,6 +9,24 @@ static double per_cent(double part, double whole)
     return 100 * part / whole;
 }
 
+// What each cue alone says, as its way from the joint answer.
+static void print_cues(const struct lamp *l)
+{
+    static const double degrees = 180 / CAP_PI;
+    for (int k = CUE_BOARD; k < CUES; k++) {
+        const struct lamp_cue *cue = &l->cue[k], *joint = &l->cue[CUE_JOINT];
+        if (cue->sigma <= 0)
+            continue;
+        vec3 off = vec3_sub(cue->direction, joint->direction);
+        printf("  by %s alone: %.3f degrees off (+- %.3f)", cal_cue_name((enum cue)k),
+               vec3_length(off) * degrees, hypot(cue->sigma, joint->sigma) * degrees);
+        if (cue->distance > 0 && joint->distance > 0)
+            printf(", %.1f mm %s (+- %.1f)", fabs(cue->distance - joint->distance),
+                   cue->distance > joint->distance ? "farther" : "nearer", cue->sigma_distance);
+        printf("\n");
+    }
+}
+
 static void print_table(const struct calibration *c)
 {
     for (int i = 0; i < c->cameras; i++) {
@@ -34,6 +52,7 @@ static void print_table(const struct calibration *c)
                l->at_infinity ? 5 : 2, p.y, l->at_infinity ? 5 : 2, p.z,
                l->at_infinity ? "" : " mm", sigma[0], sigma[1], sigma[2],
                l->on_camera ? ", on the camera" : "");
+        print_cues(l);
     }
 }
 

@@ -7,7 +7,7 @@
  *           follows by the mirror law from the sphere's normal there.
  * Accuracy. A mirror's highlight is found to a tenth of a photosite. A glossy lobe is not
  *           symmetric about the mirror direction (Fresnel, foreshortening), and its middle is off
- *           by up to a third of its core: that is in sigma. Chrome balls (../shared/real/psbox)
+ *           by a part of its width: that is in sigma. Chrome balls (../shared/real/psbox)
  * give lamps to 0.8 degrees of the files beside them.
  */
 #include "highlight.h"
@@ -19,7 +19,7 @@ static const double RIM = 0.95;        // of the radius: beyond, all surfaces tu
 static const double AREA_MAX = 0.03;   // of the disc: wider is shading, not a highlight
 static const double CONTRAST_MIN = 2;  // of peak and median
 static const double CORE = 0.92, CORE_PX = 4, HALF = 0.5;  // a smaller core has no middle
-static const double ASYMMETRY = 0.3, CENTROID_PX = 0.1;
+static const double ASYMMETRY = 0.15, CENTROID_PX = 0.1;
 
 /** The disc cut out of a map, in gray. */
 struct disc {
@@ -136,12 +136,14 @@ static bool find_above(struct highlight *h, const struct radiance *map, const do
 bool cal_highlight_find(struct highlight *h, const struct radiance *map, const double center[2],
                         double radius)
 {
-    struct highlight spot;
-    bool found = find_above(&spot, map, center, radius, CORE);
-    if (found && spot.radius < CORE_PX)
-        found = find_above(&spot, map, center, radius, HALF);
-    if (found)
-        *h = spot;
+    struct highlight whole, core;
+    bool found = find_above(&whole, map, center, radius, HALF);
+    if (found) {
+        bool has_core = find_above(&core, map, center, radius, CORE) && core.radius >= CORE_PX;
+        for (int a = 0; a < 2 && has_core; a++)
+            whole.pixel[a] = core.pixel[a];
+        *h = whole;
+    }
     return found;
 }
 

@@ -28,6 +28,9 @@ static const double COS_MIN = 0.17;       // 80 degrees: beyond it, a facet is t
 static const double SHADOW_MM = 3;
 static const double VIGNETTING_PRIOR = 0.3;
 static const double POWER_PRIOR = 0.5;  // of ln k: a lamp does not double its light between shots
+// Of a lamp's numbers, so weak that it matters only where nothing else tells: a flat board under a
+// lamp at infinity is lit alike from everywhere.
+static const double PLACE_PRIOR[3] = {1, 1, 10};
 static const double FAR_SIGMAS = 3;
 static const double SCALE_MIN = 0.1, SCALE_MAX = 10;  // of a material's sigmas, by its residuals
 enum { ROUNDS = 4 };
@@ -107,11 +110,15 @@ static void add_parameters(struct problem *p, struct lamp_state *s, const struct
                            bool has_flat, bool has_sample)
 {
     static const bool distance_held[3] = {false, false, true};
+    static const double nearest[3] = {-10, -10, 0}, farthest[3] = {10, 10, 100};  // w >= 0
     bool *hold = p->held;
     int n = 0;
     for (int l = 0; l < c->lamps; l++)
-        p->parameter[n++] = (struct ceres_parameter){
-            .value = s->place[l], .size = 3, .held = s->far[l] ? distance_held : NULL};
+        p->parameter[n++] = (struct ceres_parameter){.value = s->place[l],
+                                                     .size = 3,
+                                                     .held = s->far[l] ? distance_held : NULL,
+                                                     .low = s->far[l] ? NULL : nearest,
+                                                     .high = s->far[l] ? NULL : farthest};
     p->at_intensity = n;
     for (int l = 0; l < c->lamps; l++)
         p->parameter[n++] = (struct ceres_parameter){.value = s->log_e[l], .size = 3};
@@ -167,8 +174,23 @@ static void add_facet(struct problem *p, const struct facet *f, const struct lam
     add_term(p, cal_lamp_evaluate, 3, OUTLIER, 4 + o->kind - KIND_PATCH, block);
 }
 
+/** Paper that no facet shows has no reflectance to find. */
+static void hold_unseen_paper(struct problem *p)
+{
+    for (int t = 0; t < p->terms; t++)
+        if (p->observation[t].kind == KIND_PAPER)
+            return;
+    p->parameter[p->at_paper].held = p->held;
+}
+
 static void add_priors(struct problem *p, const struct calibration *c)
 {
+    for (int l = 0; l < c->lamps; l++) {
+        struct observation *o = &p->observation[p->terms];
+        *o = (struct observation){.kind = KIND_PLACE_PRIOR};
+        memcpy(o->sigma, PLACE_PRIOR, sizeof PLACE_PRIOR);
+        add_term(p, cal_lamp_evaluate_zero_prior, 3, 0, 1, &l);
+    }
     if (!p->parameter[p->at_lobe].held)
         add_term(p, cal_lamp_evaluate_lobe_prior, LOBE_PRIORS, 0, 1, &p->at_lobe);
     if (!p->parameter[p->at_shift].held) {
@@ -256,7 +278,7 @@ static enum status solve(struct calibration *c, struct lamp_state *s, const stru
                          const struct facets *board, const struct facets *sample,
                          struct sample_shift *shift, struct error *err)
 {
-    size_t terms = (size_t)(board->count + sample->count + c->views + c->cameras + 2);
+    size_t terms = (size_t)(board->count + sample->count + c->views + c->cameras + c->lamps + 2);
     size_t blocks = (size_t)(2 * c->lamps + c->views + c->cameras + 3);
     struct problem p = {.observation = calloc(terms, sizeof *p.observation),
                         .term = calloc(terms, sizeof *p.term),
@@ -274,6 +296,7 @@ static enum status solve(struct calibration *c, struct lamp_state *s, const stru
         add_facet(&p, &board->facet[i], s, c, capture);
     for (int i = 0; i < sample->count; i++)
         add_facet(&p, &sample->facet[i], s, c, capture);
+    hold_unseen_paper(&p);
     add_priors(&p, c);
     struct ceres_problem problem = {.parameter = p.parameter,
                                     .term = p.term,

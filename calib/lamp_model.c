@@ -212,7 +212,8 @@ bool cal_lamp_evaluate_zero_prior(const void *context, double const *const *bloc
                                   double **jacobian)
 {
     const struct observation *o = context;
-    int n = o->kind == KIND_SHAPE_PRIOR ? SHIFTS : o->kind == KIND_VIGNETTING_PRIOR ? 2 : 1;
+    bool three = o->kind == KIND_SHAPE_PRIOR || o->kind == KIND_PLACE_PRIOR;
+    int n = three ? 3 : o->kind == KIND_VIGNETTING_PRIOR ? 2 : 1;
     for (int a = 0; a < n; a++) {
         residual[a] = block[0][a] / o->sigma[a];
         for (int b = 0; jacobian && jacobian[0] && b < n; b++)

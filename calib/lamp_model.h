@@ -46,7 +46,8 @@ enum {
     KIND_LOBE_PRIOR,
     KIND_VIGNETTING_PRIOR,
     KIND_POWER_PRIOR,
-    KIND_SHAPE_PRIOR
+    KIND_SHAPE_PRIOR,
+    KIND_PLACE_PRIOR
 };
 
 /** ceres_evaluate of an observation of a facet: residuals of ln L [3]. Blocks: place, ln E [3],

@@ -147,6 +147,14 @@ static void keep_lamp(struct lamp *lamp, const struct lamp_state *s, int l, int 
     double r = s->far[l] ? 1 : 1 / w;
     lamp->at_infinity = s->far[l];
     lamp->direction = d;
+    lamp->cue[CUE_JOINT] = (struct lamp_cue){
+        .direction = d,
+        .sigma = sqrt(0.5
+                      * (lamp_covariance(spread, place[0], place[0])
+                         + lamp_covariance(spread, place[1], place[1]))),
+        .distance = s->far[l] ? 0 : r,
+        .sigma_distance =
+            s->far[l] ? 0 : r * r * w_by_x * sqrt(lamp_covariance(spread, place[2], place[2]))};
     lamp->position = s->far[l] ? (vec3){0, 0, 0} : vec3_add(chart->origin, vec3_scale(d, r));
     for (int k = 0; k < 3; k++) {
         const double j[3] = {r * part(chart->u, k), r * part(chart->v, k),

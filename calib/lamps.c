@@ -1,6 +1,8 @@
 /* lamps.c -- all lamps of a merged capture: collect facets, start, fit the board, fit everything.
  */
 #include "board_light.h"
+#include "cues.h"
+#include "highlight.h"
 #include "lamp.h"
 #include "view_map.h"
 
@@ -19,6 +21,7 @@ enum { SAMPLE_FACETS = 9000, VIEW_FACETS_MAX = 600, VIEW_FACETS_MIN = 60 };
 /** Facets of one view. */
 struct view_facets {
     struct facets board, sample;
+    struct seen_highlight highlight;
 };
 
 static enum status collect_view(struct view_facets *to, const struct calibration *c, int v,
@@ -34,6 +37,10 @@ static enum status collect_view(struct view_facets *to, const struct calibration
         status = cal_board_facets(&to->board, &map, c, v, capture, &family, err);
     if (!status && c->sample.shape == SHAPE_SPHERE)
         status = cal_sample_facets(&to->sample, &map, c, v, wanted, err);
+    struct seen_highlight h;
+    if (!status && c->sample.shape == SHAPE_SPHERE
+        && cal_highlight_lamp(&h.wi, &h.point, &h.sigma, &map, c, v))
+        to->highlight = h;
     cap_radiance_free(&map);
     pattern_close(&family);
     return status;
@@ -52,7 +59,8 @@ static enum status join(struct facets *all, const struct facets *one, struct err
 }
 
 /** The facets of all views, in the order of views. */
-static enum status collect(struct facets *board, struct facets *sample, const struct calibration *c,
+static enum status collect(struct facets *board, struct facets *sample,
+                           struct seen_highlight *highlight, const struct calibration *c,
                            const struct capture *capture, const char *out, struct run *run,
                            struct error *err)
 {
@@ -78,6 +86,7 @@ static enum status collect(struct facets *board, struct facets *sample, const st
             status = join(board, &of_view[v].board, err);
         if (!status)
             status = join(sample, &of_view[v].sample, err);
+        highlight[v] = of_view[v].highlight;
         free(of_view[v].board.facet);
         free(of_view[v].sample.facet);
     }
@@ -236,14 +245,16 @@ enum status cal_lamps_find(struct calibration *c, const struct capture *capture,
 {
     struct facets board = {0}, sample = {0}, none = {0};
     struct sample_shift shift = {0};
-    enum status status = name_lamps(c, capture, err);
+    struct seen_highlight *highlight = calloc((size_t)c->views + 1, sizeof *highlight);
+    enum status status = highlight ? name_lamps(c, capture, err)
+                                   : cap_fail(err, STATUS_MEMORY, "%d views", c->views);
     if (!status && capture->patches == 0)
         status = cap_fail(err, STATUS_DATA,
                           "%s: no `reference` in capture.yaml: without a patch of known albedo "
                           "reflectance has no scale",
                           capture->folder);
     if (!status)
-        status = collect(&board, &sample, c, capture, out, run, err);
+        status = collect(&board, &sample, highlight, c, capture, out, run, err);
     if (!status)
         status = check_patch(c, &board, run, err);
     for (int l = 0; l < c->lamps && !status; l++)
@@ -257,7 +268,10 @@ enum status cal_lamps_find(struct calibration *c, const struct capture *capture,
         status = fit_without_bounces(c, capture, &board, &sample, out, &shift, run, err);
     if (!status && sample.count)
         move_sample(&c->sample, &shift);
+    if (!status)
+        status = cal_cues(c, capture, &board, &sample, highlight, run, err);
     free(board.facet);
     free(sample.facet);
+    free(highlight);
     return status;
 }

@@ -56,24 +56,27 @@ static struct view views[2] = {
      tags,
      2},
     {"1e5", 0, 0, {{1, 2, 3}, {4, 5, 6}}, {0}, {0}, 0.98, 0, 0, NULL, 0}};
-static struct lamp lamps[2] = {{"lamp0",
-                                true,
-                                false,
-                                {-78.4274, -561.186, 298.1767},
-                                {0, 0, 0},
-                                {1e5, 1.1e5, 0.9e5},
-                                {0.06, 0.07, 0.08},
-                                {0},
-                                {10, 11, 12}},
-                               {"sun",
-                                false,
-                                true,
-                                {0, 0, 0},
-                                {0, 0.6, 0.8},
-                                {1, 2, 3},
-                                {0},
-                                {1e-4, 2e-4, 3e-4},
-                                {0.1, 0, 0}}};
+static struct lamp lamps[2] = {
+    {"lamp0",
+     true,
+     false,
+     {-78.4274, -561.186, 298.1767},
+     {0, 0, 0},
+     {1e5, 1.1e5, 0.9e5},
+     {0.06, 0.07, 0.08},
+     {0},
+     {10, 11, 12},
+     {[CUE_BOARD] = {{0, 0, 1}, 0.002, 650, 1.5}, [CUE_HIGHLIGHT] = {{0, 0.6, 0.8}, 0.001, 0, 0}}},
+    {"sun",
+     false,
+     true,
+     {0, 0, 0},
+     {0, 0.6, 0.8},
+     {1, 2, 3},
+     {0},
+     {1e-4, 2e-4, 3e-4},
+     {0.1, 0, 0},
+     {{{0, 0, 0}, 0, 0, 0}}}};
 static const struct calibration full = {.camera = cameras,
                                         .view = views,
                                         .lamp = lamps,
@@ -125,6 +128,7 @@ static void assert_same_lamps(const struct lamp *a, const struct lamp *b)
     assert_memory_equal(a->sigma_position, b->sigma_position, sizeof a->sigma_position);
     assert_memory_equal(a->sigma_direction, b->sigma_direction, sizeof a->sigma_direction);
     assert_memory_equal(a->sigma_intensity, b->sigma_intensity, sizeof a->sigma_intensity);
+    assert_memory_equal(a->cue, b->cue, sizeof a->cue);
 }
 
 static void test_what_is_written_is_read(void **state)

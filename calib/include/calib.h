@@ -49,6 +49,17 @@ struct view {
     int tags;
 };
 
+/** What one kind of evidence alone says of a lamp, seen from the sample: all of it together, the
+ *  shading of board and patch, the shading of the sample, the highlights on it. */
+enum cue { CUE_JOINT, CUE_BOARD, CUE_SAMPLE, CUE_HIGHLIGHT, CUES };
+struct lamp_cue {
+    vec3 direction;  // unit, in the lamp's frame
+    double sigma;    // of direction, rad, each way; 0: this cue tells nothing
+    double distance, sigma_distance;  // 0: it does not tell a distance
+};
+/** "joint", "board", "sample", "highlight". */
+const char *cal_cue_name(enum cue cue);
+
 /** A lamp: a point (frame world, or camera: it moves with it), or at infinity.
  *  A point:     L = f intensity power cos(theta_i) / r^2, r from the position
  *  At infinity: L = f irradiance power cos(theta_i), direction is unit and towards the lamp */
@@ -58,6 +69,7 @@ struct lamp {
     vec3 position, direction;
     double intensity[3];  // or irradiance
     double sigma_position[3], sigma_direction[3], sigma_intensity[3];
+    struct lamp_cue cue[CUES];
 };
 
 /** The sample, placed. */

@@ -1,0 +1,158 @@
+/* cues.c -- what each kind of evidence alone says of the lamps.
+ *
+ * Method.   Board and sample: the fit of lamp_fit.c, from the joint answer, with the other's facets
+ *           left out. Highlights: each gives a line from the sample; where it is as far from the
+ *           sample as the joint answer's lamp, seen from there, is a direction. (Highlights hardly
+ *           tell a distance.) Directions are averaged by their sigmas, strays left out once.
+ */
+#include "cues.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static const double STRAY = 5, DISAGREE = 3;  // sigmas
+static const double SIGMA_MAX = 0.3;          // rad: a cue less sure than this tells nothing
+static const double HARMLESS = 0.001;         // rad: 0.06 degrees cost half a per cent at 80
+
+const char *cal_cue_name(enum cue cue)
+{
+    static const char *const names[CUES] = {"joint", "board", "sample", "highlight"};
+    return names[cue];
+}
+
+/** A copy whose lamps, views and cameras a fit may overwrite; names and tags are the original's. */
+static bool copy_of(struct calibration *copy, const struct calibration *c)
+{
+    *copy = *c;
+    copy->lamp = malloc((size_t)c->lamps * sizeof *c->lamp);
+    copy->view = malloc((size_t)c->views * sizeof *c->view);
+    copy->camera = malloc((size_t)c->cameras * sizeof *c->camera);
+    if (!copy->lamp || !copy->view || !copy->camera)
+        return false;
+    memcpy(copy->lamp, c->lamp, (size_t)c->lamps * sizeof *c->lamp);
+    memcpy(copy->view, c->view, (size_t)c->views * sizeof *c->view);
+    memcpy(copy->camera, c->camera, (size_t)c->cameras * sizeof *c->camera);
+    return true;
+}
+
+/** The cue of a fit with these facets; where it fails, the facets tell nothing. */
+static enum status shading(struct calibration *c, const struct capture *capture, enum cue cue,
+                           const struct facets *board, const struct facets *sample,
+                           struct error *err)
+{
+    struct calibration copy;
+    enum status status = STATUS_OK;
+    if (!copy_of(&copy, c))
+        status = cap_fail(err, STATUS_MEMORY, "%d views", c->views);
+    else if (!cal_lamp_fit(&copy, capture, board, sample, false, NULL, NULL))
+        for (int l = 0; l < c->lamps; l++) {
+            struct lamp_cue *found = &copy.lamp[l].cue[CUE_JOINT];
+            if (found->sigma_distance > 0.5 * found->distance)
+                found->distance = found->sigma_distance = 0;
+            if (found->sigma < SIGMA_MAX)
+                c->lamp[l].cue[cue] = *found;
+        }
+    free(copy.lamp);
+    free(copy.view);
+    free(copy.camera);
+    return status;
+}
+
+/** Direction from `origin` to where a line from p along wi is `distance` from it (0: infinite). */
+static vec3 seen_from(vec3 origin, vec3 p, vec3 wi, double distance)
+{
+    if (distance <= 0)
+        return wi;
+    vec3 off = vec3_sub(p, origin);
+    double b = vec3_dot(off, wi), under = b * b - vec3_dot(off, off) + distance * distance;
+    return vec3_normalize(vec3_add(off, vec3_scale(wi, -b + sqrt(fmax(under, 0)))));
+}
+
+/** The weighted mean of n directions; sigma by theirs or by their scatter, what is larger. */
+static struct lamp_cue mean_of(const vec3 *direction, const double *sigma, int n)
+{
+    vec3 sum = {0, 0, 0};
+    double weights = 0, scatter = 0;
+    for (int i = 0; i < n; i++) {
+        double w = 1 / (sigma[i] * sigma[i]);
+        sum = vec3_add(sum, vec3_scale(direction[i], w));
+        weights += w;
+    }
+    struct lamp_cue cue = {.direction = vec3_normalize(sum)};
+    for (int i = 0; i < n; i++) {
+        double off = vec3_length(vec3_sub(direction[i], cue.direction));
+        scatter += 0.5 * off * off / (sigma[i] * sigma[i]);
+    }
+    cue.sigma = sqrt(fmax(1, n > 1 ? scatter / (n - 1) : 1) / weights);
+    return cue;
+}
+
+static enum status highlights(struct calibration *c, int l, const struct seen_highlight *highlight,
+                              struct error *err)
+{
+    struct lamp *lamp = &c->lamp[l];
+    vec3 *direction = calloc((size_t)c->views, sizeof *direction);
+    double *sigma = calloc((size_t)c->views, sizeof *sigma);
+    int n = 0, kept = 0;
+    if (!direction || !sigma) {
+        free(direction);
+        free(sigma);
+        return cap_fail(err, STATUS_MEMORY, "%d views", c->views);
+    }
+    for (int v = 0; v < c->views; v++) {
+        const pose at = c->view[v].view_from_world;
+        if (c->view[v].light != l || highlight[v].sigma <= 0)
+            continue;
+        vec3 p = cal_lamp_frame(lamp, at, highlight[v].point);
+        vec3 wi = cal_lamp_frame_direction(lamp, at, highlight[v].wi);
+        vec3 origin = cal_lamp_frame(lamp, at, c->sample.center);
+        direction[n] = seen_from(origin, p, wi, lamp->cue[CUE_JOINT].distance);
+        sigma[n++] = highlight[v].sigma;
+    }
+    struct lamp_cue all = n ? mean_of(direction, sigma, n) : (struct lamp_cue){.sigma = 0};
+    for (int i = 0; i < n; i++)
+        if (vec3_length(vec3_sub(direction[i], all.direction))
+            < STRAY * hypot(sigma[i], all.sigma)) {
+            direction[kept] = direction[i];
+            sigma[kept++] = sigma[i];
+        }
+    lamp->cue[CUE_HIGHLIGHT] = kept ? mean_of(direction, sigma, kept) : all;
+    free(direction);
+    free(sigma);
+    return STATUS_OK;
+}
+
+static void compare(const struct lamp *lamp, struct run *run)
+{
+    const struct lamp_cue *joint = &lamp->cue[CUE_JOINT];
+    for (int k = CUE_BOARD; k < CUES; k++) {
+        const struct lamp_cue *cue = &lamp->cue[k];
+        double off = vec3_length(vec3_sub(cue->direction, joint->direction));
+        double due = hypot(cue->sigma, joint->sigma);
+        if (cue->sigma > 0 && off > DISAGREE * due && off > HARMLESS)
+            cap_warn(
+                run,
+                "lamp %s: its direction by %s alone is %.2f degrees off (%.1f sigma): look for "
+                "%s",
+                lamp->name, cal_cue_name((enum cue)k), off * 180 / CAP_PI, off / due,
+                k == CUE_BOARD    ? "other light on the board, or paper that is not even"
+                : k == CUE_SAMPLE ? "a sample that is not of one material, or not a sphere"
+                                  : "a sample that is not a sphere, or a second lamp");
+    }
+}
+
+enum status cal_cues(struct calibration *c, const struct capture *capture,
+                     const struct facets *board, const struct facets *sample,
+                     const struct seen_highlight *highlight, struct run *run, struct error *err)
+{
+    const struct facets none = {0};
+    enum status status = shading(c, capture, CUE_BOARD, board, &none, err);
+    if (!status && sample->count)
+        status = shading(c, capture, CUE_SAMPLE, &none, sample, err);
+    for (int l = 0; l < c->lamps && !status; l++) {
+        status = highlights(c, l, highlight, err);
+        if (!status)
+            compare(&c->lamp[l], run);
+    }
+    return status;
+}

@@ -1,0 +1,18 @@
+/* cues.h -- what each kind of evidence alone says of the lamps. Internal to calib/. */
+#ifndef GONIOCAM_CUES_H
+#define GONIOCAM_CUES_H
+
+#include "lamp.h"
+
+/** A highlight seen in a view; sigma 0: there is none. */
+struct seen_highlight {
+    vec3 wi, point;  // world
+    double sigma;    // of wi, rad
+};
+
+/** Fill the cues of all lamps of a finished calibration; warn of those that disagree with the
+ *  joint answer beyond three sigmas of both. highlight is [views]. STATUS_MEMORY. */
+enum status cal_cues(struct calibration *c, const struct capture *capture,
+                     const struct facets *board, const struct facets *sample,
+                     const struct seen_highlight *highlight, struct run *run, struct error *err);
+#endif
