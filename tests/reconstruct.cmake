@@ -14,6 +14,7 @@ brdf_test(reconstruct bins_hdf5)
 brdf_test(reconstruct fits_yaml)
 script_test(identical)
 script_test(mpi)
+set_tests_properties(whole/identical whole/mpi PROPERTIES LABELS slow)  # not under sanitizers
 script_test(infinity)
 script_test(samples_file)
 

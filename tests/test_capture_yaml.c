@@ -123,7 +123,7 @@ enum { ROWS = sizeof rows / sizeof *rows };
 static void test_complaint(void **state)
 {
     const struct row *r = *state;
-    struct capture capture = {0};
+    struct capture capture = {.folder = strdup("folder")};
     struct capture_yaml yaml = {0};
     struct error err = {0};
     char line[32];
