@@ -136,12 +136,56 @@ static void test_no_time_names_the_photograph(void **state)
     cap_capture_free(&capture);
 }
 
+/* Two lamps, one flash each at every exposure time: a b a b. */
+static void test_lamps_that_take_turns(void **state)
+{
+    (void)state;
+    struct capture capture =
+        make_capture((const double[]){1, 1, 4, 4, 16, 16, 1, 1, 4, 4, 16, 16}, 12);
+    for (int i = 0; i < 12; i++)
+        capture.photo[i].light = i % 2;
+    expect_shots(&capture, &plain, "010101232323");
+    // Single photographs under lamps in turn are no brackets: the same time every time.
+    capture = make_capture((const double[]){1, 1, 1, 1}, 4);
+    for (int i = 0; i < 4; i++)
+        capture.photo[i].light = i % 2;
+    expect_shots(&capture, &plain, "0123");
+    // One bracket is not complete: nothing is made up.
+    capture = make_capture((const double[]){1, 1, 4, 4, 16}, 5);
+    for (int i = 0; i < 5; i++)
+        capture.photo[i].light = i % 2;
+    expect_shots(&capture, &plain, "01234");
+}
+
+static void test_missing_exposures_and_clocks_are_warned_of(void **state)
+{
+    (void)state;
+    struct capture capture = make_capture((const double[]){1, 4, 16, 1, 4, 16, 1, 16}, 8);
+    struct error err = {0};
+    struct run run;
+    for (int i = 0; i < 8; i++)
+        snprintf(capture.photo[i].taken, sizeof capture.photo[i].taken, "2026:11:22 10:00:%02d",
+                 i == 4 ? 0 : 10 + i);
+    assert_int_equal(shots_group(&capture, &plain, &err), STATUS_OK);
+    assert_int_equal(capture.shots, 3);
+    assert_string_equal(capture.shot[1].why, "an exposure time repeats");
+    cap_run_begin(&run, 1, true);
+    shots_warn(&capture, &run);
+    assert_int_equal(run.warnings, 2);
+    assert_non_null(strstr(run.warning[0], "shot p6 has 2 photographs where most have 3"));
+    assert_non_null(strstr(run.warning[1], "1 photographs were taken before"));
+    cap_run_end(&run);
+    cap_capture_free(&capture);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_digits_compare_as_numbers),
         cmocka_unit_test(test_a_repeated_time_begins_a_shot),
         cmocka_unit_test(test_an_unreadable_photograph_keeps_its_turn),
+        cmocka_unit_test(test_lamps_that_take_turns),
+        cmocka_unit_test(test_missing_exposures_and_clocks_are_warned_of),
         cmocka_unit_test(test_other_settings_begin_a_shot),
         cmocka_unit_test(test_shots_and_cameras_have_names),
         cmocka_unit_test(test_named_shots_come_first),
