@@ -13,6 +13,37 @@
 // Part of every map's identity: a change of the method makes the maps anew.
 static const char method[] = "merge 2";
 
+/* The photographs of a shot and how they are used; their files are read beside each other. */
+static enum status hash_photos(struct hash *hash, const struct job *job, const struct shot *shot,
+                               struct error *err)
+{
+    char(*digest)[33] = calloc((size_t)shot->photos, sizeof *digest);
+    enum status status = digest ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%s", shot->name);
+#pragma omp parallel for schedule(dynamic) num_threads(job->threads)
+    for (int k = 0; k < (digest ? shot->photos : 0); k++) {
+        struct error mine = {0};
+        struct hash *one = hash_begin();
+        enum status own = one ? hash_file(one, job->capture->folder,
+                                          job->capture->photo[shot->photo[k]].name, &mine)
+                              : cap_fail(&mine, STATUS_MEMORY, "%s", shot->name);
+        hash_end(one, digest[k]);
+#pragma omp critical(hash_photos_failed)
+        if (own) {
+            status = own;
+            if (err)
+                *err = mine;
+        }
+    }
+    for (int k = 0; k < shot->photos && !status; k++) {
+        int photo = shot->photo[k];
+        hash_bytes(hash, digest[k], sizeof digest[k]);
+        hash_bytes(hash, &job->seconds[photo], sizeof job->seconds[photo]);
+        hash_bytes(hash, &job->left_out[photo], sizeof job->left_out[photo]);
+    }
+    free(digest);
+    return status;
+}
+
 static enum status identify(char text[33], const struct job *job, const struct shot *shot,
                             struct error *err)
 {
@@ -31,12 +62,8 @@ static enum status identify(char text[33], const struct job *job, const struct s
     for (int kind = 0; kind < 3; kind++)
         for (int k = 0; k < kinds[kind]->count && !status; k++)
             status = hash_file(hash, capture->folder, kinds[kind]->name[k], err);
-    for (int k = 0; k < shot->photos && !status; k++) {
-        int photo = shot->photo[k];
-        hash_bytes(hash, &job->seconds[photo], sizeof job->seconds[photo]);
-        hash_bytes(hash, &job->left_out[photo], sizeof job->left_out[photo]);
-        status = hash_file(hash, capture->folder, capture->photo[photo].name, err);
-    }
+    if (!status)
+        status = hash_photos(hash, job, shot, err);
     hash_end(hash, text);
     return status;
 }
