@@ -14,3 +14,7 @@ target_link_libraries(test_render PRIVATE PkgConfig::JANSSON)
 foreach(test film render)
     target_compile_definitions(test_${test} PRIVATE SCENES="${PROJECT_SOURCE_DIR}/samples")
 endforeach()
+
+# The whole pipeline over shapes, materials, lamps and cameras: a minute, so not under sanitizers.
+script_test(round_trip_matrix)
+set_tests_properties(whole/round_trip_matrix PROPERTIES LABELS slow TIMEOUT 600)
