@@ -16,7 +16,6 @@ namespace
 // Ceres tells its callers what failed; its log would tell the user again, in other words.
 const bool quiet = (FLAGS_minloglevel = google::GLOG_FATAL, true);
 
-
 // All values in one array, in the order of the parameters: Ceres orders its work by address, and
 // the addresses of the caller's arrays may differ from run to run, and with them the last bits.
 class Values

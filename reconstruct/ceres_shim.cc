@@ -12,7 +12,6 @@ namespace
 // Ceres tells its callers what failed; its log would tell the user again, in other words.
 const bool quiet = (FLAGS_minloglevel = google::GLOG_FATAL, true);
 
-
 class PointCost : public ceres::CostFunction
 {
   public:

@@ -141,8 +141,8 @@ enum fate rec_footprint(footprint *spot, const struct viewing *viewing, double u
         if (fate)
             return fate;
     }
-    // The square's second moment is 1/12: the centre alone errs by (step / cosines)^2 / 24, 4e-5 of f
-    // at most; no photosite is trusted beyond 1e-3 (samples.c).
+    // The square's second moment is 1/12: the centre alone errs by (step / cosines)^2 / 24, 4e-5 of
+    // f at most; no photosite is trusted beyond 1e-3 (samples.c).
     if (step < 0.03 * cos_o * center.cos_i) {
         *spot = (footprint){
             .point = center.m.point,

@@ -103,15 +103,15 @@ struct stage {
 /** The context of a command: threads, progress on stderr, warnings, timings. Begin with
  *  cap_run_begin() and end with cap_run_end(). Warnings may come from any thread. */
 struct run {
-    int threads;         // >= 1
-    bool quiet;          // no progress; warnings and errors are told all the same
-    char **warning;      // [warnings]
+    int threads;     // >= 1
+    bool quiet;      // no progress; warnings and errors are told all the same
+    char **warning;  // [warnings]
     int warnings;
     struct stage *stage;  // [stages], finished ones and the current one
     int stages;
-    int step, steps;    // progress of the current stage
-    double began;       // of the current stage
-    bool bar;           // stderr is a terminal
+    int step, steps;  // progress of the current stage
+    double began;     // of the current stage
+    bool bar;         // stderr is a terminal
     // Where several processes share a job: is this item of the current stage ours? NULL: all are.
     bool (*take)(void *team, int item);
     void *team;
@@ -168,8 +168,8 @@ bool cap_arguments_parse(struct arguments *args, const struct command *command, 
 const char *cap_option(const struct arguments *args, const char *name);
 /** The whole number that an option gives, or fallback. false: it is no number in [low, high];
  *  a message is on stderr, and the command returns 2. */
-bool cap_option_int(const struct arguments *args, const char *name, int low, int high,
-                    int fallback, int *value);
+bool cap_option_int(const struct arguments *args, const char *name, int low, int high, int fallback,
+                    int *value);
 /** How every command ends: STATUS_OK -> 0; else the story on stderr, and 1. */
 int cap_exit(enum status status, const struct error *err);
 
@@ -199,11 +199,11 @@ void cap_file_abandon(struct atomic_file *file);
 struct yaml_out;
 /** On success the caller owns *out; end with cap_yaml_end, which frees it. */
 enum status cap_yaml_begin(struct yaml_out **out, const char *path, struct error *err);
-void cap_yaml_map(struct yaml_out *out, const char *key);        // key NULL: an item of a list
-void cap_yaml_flow_map(struct yaml_out *out, const char *key);   // {on: one, line: ...}
+void cap_yaml_map(struct yaml_out *out, const char *key);       // key NULL: an item of a list
+void cap_yaml_flow_map(struct yaml_out *out, const char *key);  // {on: one, line: ...}
 void cap_yaml_list(struct yaml_out *out, const char *key);
 void cap_yaml_flow_list(struct yaml_out *out, const char *key);
-void cap_yaml_close(struct yaml_out *out);                       // the innermost map or list
+void cap_yaml_close(struct yaml_out *out);  // the innermost map or list
 void cap_yaml_text(struct yaml_out *out, const char *key, const char *value);
 void cap_yaml_int(struct yaml_out *out, const char *key, long long value);
 /** The shortest decimal that reads back as the same double. */
@@ -225,7 +225,8 @@ struct tag_place {
 vec3 cap_tag_corner(const struct tag_place *tag, int k);
 
 enum shape { SHAPE_NONE, SHAPE_SPHERE, SHAPE_CYLINDER, SHAPE_MESH };
-/** Where the sample is, nominally. A cylinder's height is its full length, its center the middle. */
+/** Where the sample is, nominally. A cylinder's height is its full length, its center the middle.
+ */
 struct sample_place {
     enum shape shape;
     double radius, height;
@@ -251,28 +252,28 @@ enum response { RESPONSE_RECOVER, RESPONSE_SRGB, RESPONSE_LINEAR, RESPONSE_FILE 
 
 /** One photograph: what its file says of itself. Numbers that are not known are 0. */
 struct photo {
-    char *name;           // of the file, without folder
-    int width, height;    // as stored: orientation tags are ignored
+    char *name;         // of the file, without folder
+    int width, height;  // as stored: orientation tags are ignored
     int channels, bits;
     bool encoded;         // gamma encoded (JPEG): a response applies
     char cfa[5];          // of a mosaic (channels 1): its 2 x 2 cell by rows, "RGGB"; else ""
     double black, white;  // DN that a raw file states; NAN: it does not
     double exposure_time, aperture, iso, focal_length;  // s, f-number, ISO, mm
     char make[64], model[64], lens[64], taken[32];      // taken: "2026:11:22 10:00:00"
-    int orientation;      // EXIF's 1..8, 0 unknown; told, never applied
-    int light;            // index into lights, or -1
-    int shot;             // index into shots, or -1: left out
-    int missing;          // photographs right before it, by name, that cannot be read
+    int orientation;  // EXIF's 1..8, 0 unknown; told, never applied
+    int light;        // index into lights, or -1
+    int shot;         // index into shots, or -1: left out
+    int missing;      // photographs right before it, by name, that cannot be read
 };
 
 /** One view of the scene: a bracket of photographs that differ by exposure time only. */
 struct shot {
-    char *name;           // of its first photograph, without extension
-    int *photo;           // [photos] indices, in order of the names
+    char *name;  // of its first photograph, without extension
+    int *photo;  // [photos] indices, in order of the names
     int photos;
-    int light;            // index into lights, or -1 (merge needs none)
-    int camera;           // index into cameras
-    const char *why;      // it begins where it does
+    int light;        // index into lights, or -1 (merge needs none)
+    int camera;       // index into cameras
+    const char *why;  // it begins where it does
 };
 
 /** Photographs of one kind: same make, model, size and focal length. */
@@ -308,10 +309,10 @@ struct capture {
     int cameras;
     char *flat, *dark, *ambient;  // the first of each kind of frame, or NULL; borrowed from
     struct frame_names flat_frames, dark_frames, ambient_frames;  // all of them
-    enum response response;       // of encoded photographs
-    char *response_file;          // of RESPONSE_FILE, within the folder; else NULL
-    double black, white;          // DN, from `noise`; NAN: find them
-    double gain, read_noise;      // electrons a DN, electrons; NAN: find them
+    enum response response;                                       // of encoded photographs
+    char *response_file;      // of RESPONSE_FILE, within the folder; else NULL
+    double black, white;      // DN, from `noise`; NAN: find them
+    double gain, read_noise;  // electrons a DN, electrons; NAN: find them
 };
 
 /** Read FOLDER/capture.yaml and the metadata of the photographs it selects, and group them into

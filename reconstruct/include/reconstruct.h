@@ -85,11 +85,11 @@ struct bin {
     double swapped[3];   // mean of the samples with phi_d >= 0 less that of the others; NAN: one
                          // kind only. Reciprocity says 0.
     double swapped_noise[3];  // 1 sigma of swapped by noise alone
-    double sharpened[3]; // what the mean was multiplied by, less 1
-    double bounced[3];   // light from the lit board that was taken out, over what is left
-    double systematic;   // relative: the part of sigma that is shared, at fixed angles
-    double tilt;         // 1 sigma of theta_h
-    double spread[2];    // variance of the normal over a photosite, towards h and across it, rad^2
+    double sharpened[3];      // what the mean was multiplied by, less 1
+    double bounced[3];        // light from the lit board that was taken out, over what is left
+    double systematic;        // relative: the part of sigma that is shared, at fixed angles
+    double tilt;              // 1 sigma of theta_h
+    double spread[2];  // variance of the normal over a photosite, towards h and across it, rad^2
 };
 
 /** The measured bins, by index. Owns bin; {0} is empty; release with rec_bins_free(). */
@@ -112,8 +112,8 @@ struct parameter {
 /** A reflectance model. Its parameters stand one after another in an array of doubles, in the
  *  order of the table, colours as three. */
 struct model {
-    const char *name;    // as in fits.yaml and in scenes
-    const char *source;  // the paper
+    const char *name;                   // as in fits.yaml and in scenes
+    const char *source;                 // the paper
     const struct parameter *parameter;  // ends with {0}
     /** f[3] for unit wi, wo with wi.z > 0 and wo.z > 0. */
     void (*eval)(const double *parameters, vec3 wi, vec3 wo, double f[3]);
@@ -131,12 +131,13 @@ int rec_model_size(const struct model *model);
 struct fit {
     const struct model *model;
     double value[MODEL_PARAMETERS_MAX];
-    double sigma[MODEL_PARAMETERS_MAX];  // noise, and what all bins share of the calibration's errors
-    double log_rms;          // held-out bins: root mean square of ln((f m + e)/(f' m + e))
-    double relative_median;  // held-out bins: median of |f'/f - 1|
-    double chi;              // held-out bins: median of |residual| in units of its sigma, / 0.6745:
-                             // 1 where the model errs by no more than the measurement
-    int bins;                // fitted
+    double
+        sigma[MODEL_PARAMETERS_MAX];  // noise, and what all bins share of the calibration's errors
+    double log_rms;                   // held-out bins: root mean square of ln((f m + e)/(f' m + e))
+    double relative_median;           // held-out bins: median of |f'/f - 1|
+    double chi;  // held-out bins: median of |residual| in units of its sigma, / 0.6745:
+                 // 1 where the model errs by no more than the measurement
+    int bins;    // fitted
 };
 /** Best first. Owns fit; {0} is empty; release with rec_fits_free(). */
 struct fits {
@@ -175,7 +176,8 @@ void rec_bins_widen(struct bins *bins, const struct fit *fit);
  *  not negative, at their centers. Their errors are not known: 1 % is assumed. STATUS_MEMORY. */
 enum status rec_bins_of_table(struct bins *bins, const struct merl *merl, struct error *err);
 
-/* ---- the complete table ----------------------------------------------------------------------- */
+/* ---- the complete table -----------------------------------------------------------------------
+ */
 
 /** Where the value of a bin comes from, as in bins.h5. */
 enum bin_status { BIN_IMPOSSIBLE, BIN_MEASURED, BIN_INTERPOLATED, BIN_EXTRAPOLATED };
@@ -192,7 +194,8 @@ enum status rec_fill(struct merl *merl, uint8_t *status, const struct bins *bins
  *  degree: what part of the light from theta_i leaves the surface. */
 void rec_table_albedo(double albedo[3], const struct merl *merl, double theta_i);
 
-/* ---- any BRDF --------------------------------------------------------------------------------- */
+/* ---- any BRDF ---------------------------------------------------------------------------------
+ */
 
 /** A BRDF from a file: a table, or a model with its parameters. {0} is empty; rec_brdf_free(). */
 struct brdf {
@@ -207,7 +210,8 @@ void rec_brdf_free(struct brdf *brdf);
 /** f[3], 1/sr; 0 below the horizon. A table answers with the bin that the directions fall into. */
 void rec_brdf_eval(const struct brdf *brdf, vec3 wi, vec3 wo, double f[3]);
 
-/* ---- the whole job ---------------------------------------------------------------------------- */
+/* ---- the whole job ----------------------------------------------------------------------------
+ */
 
 /** What reconstruct tells at its end. */
 struct summary {

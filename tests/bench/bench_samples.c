@@ -54,8 +54,7 @@ int main(int argc, char **argv)
                             .focal = {2.0 * width, 2.0 * width},
                             .center = {0.5 * width, width / 3.0}};
     struct view view = {.name = "v", .power = 1, .view_from_world = {{0, 0, 0}, {0, 0, 300}}};
-    struct lamp lamp = {
-        .name = "l", .position = {200, -100, -300}, .intensity = {1e5, 1e5, 1e5}};
+    struct lamp lamp = {.name = "l", .position = {200, -100, -300}, .intensity = {1e5, 1e5, 1e5}};
     struct calibration calibration = {.camera = &camera,
                                       .view = &view,
                                       .lamp = &lamp,

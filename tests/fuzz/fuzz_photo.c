@@ -1,4 +1,5 @@
-/* fuzz_photo.c -- any bytes as a photograph: TIFF, JPEG, PNG, EXR or raw, by what they begin with. */
+/* fuzz_photo.c -- any bytes as a photograph: TIFF, JPEG, PNG, EXR or raw, by what they begin with.
+ */
 #include "file.h"
 #include "photo.h"
 
