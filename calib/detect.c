@@ -4,9 +4,9 @@
  *           are half as far off as on a gamma-encoded one: an edge's 50 % level stays where the
  *           edge is). The search is decimated, the edges are refined at full resolution. Where it
  *           finds less than half of the board, it looks again at full resolution, and again four
- *           times brighter for light that grazes the board. Tags missed by all of these are found
- *           later from the pose (corners.h), so speed comes first here.
- * Accuracy. 0.1 to 0.2 pixels a corner: a start for corners.h.
+ *           times brighter for light that grazes the board, and with the square root of radiance
+ * for tags in shadow. Tags missed by all of these are found later from the pose (corners.h), so
+ * speed comes first here. Accuracy. 0.1 to 0.2 pixels a corner: a start for corners.h.
  */
 #include "detect.h"
 
@@ -26,8 +26,9 @@ enum status detector_begin(struct detector *d, const char *family, struct error 
     }
     made.detector->nthreads = 1;
     made.detector->refine_edges = true;
-    // One wrong bit is forgiven; two make false tags likely in the small families.
-    apriltag_detector_add_family_bits(made.detector, made.family.tags, 1);
+    // Two wrong bits are forgiven; in the small families that would make false tags: one.
+    apriltag_detector_add_family_bits(made.detector, made.family.tags,
+                                      made.family.tags->h >= 10 ? 2 : 1);
     *d = made;
     return STATUS_OK;
 }
@@ -72,7 +73,8 @@ static float bright_level(const struct radiance *map)
     return bright;
 }
 
-static image_u8_t *eight_bits(const struct radiance *map, float white)
+// Linear in radiance, or (encoded) in its square root, which shows what stands in shadow.
+static image_u8_t *eight_bits(const struct radiance *map, float white, bool encoded)
 {
     image_u8_t *image = image_u8_create((unsigned)map->width, (unsigned)map->height);
     if (!image)
@@ -80,7 +82,9 @@ static image_u8_t *eight_bits(const struct radiance *map, float white)
     for (int y = 0; y < map->height; y++)
         for (int x = 0; x < map->width; x++) {
             float v = grey(map->value + 3 * ((size_t)y * (size_t)map->width + (size_t)x));
-            float scaled = 255 * v / white + 0.5f;
+            float part = v / white, scaled = 255 * part + 0.5f;
+            if (encoded)
+                scaled = part > 0 ? 255 * sqrtf(part) + 0.5f : 0;
             uint8_t level = 0;  // also of NaN
             if (scaled >= 1)
                 level = scaled < 255 ? (uint8_t)scaled : 255;
@@ -89,65 +93,133 @@ static image_u8_t *eight_bits(const struct radiance *map, float white)
     return image;
 }
 
-// Keep a detection if capture names its tag and no better one of the same tag is there.
-static void keep(const struct capture *capture, const apriltag_detection_t *a,
-                 struct detection *found, int *count)
+// A tag of any id.
+struct sight {
+    int id;
+    double corner[4][2], margin;
+};
+struct sights {
+    struct sight *sight;
+    int count;
+};
+
+static double side_of(const struct sight *s)
 {
-    for (int place = 0; place < capture->tags; place++) {
-        if (capture->tag[place].id != a->id)
-            continue;
-        struct detection new = {.place = place, .margin = a->decision_margin};
-        for (int k = 0; k < 4; k++)
-            for (int i = 0; i < 2; i++)
-                new.corner[k][i] = a->p[k][i] - 0.5;  // AprilTag counts from the pixel's corner
-        int at = 0;
-        while (at < *count && found[at].place != place)
-            at++;
-        if (at == *count)
-            (*count)++;
-        else if (found[at].margin >= new.margin)
-            return;
-        found[at] = new;
-    }
+    return hypot(s->corner[1][0] - s->corner[0][0], s->corner[1][1] - s->corner[0][1]);
 }
 
-static bool search(struct detector *d, const struct capture *capture, const struct radiance *map,
-                   float white, float decimate, struct detection *found, int *count)
+// Keep a detection; of one that is there already (from another pass), the better one.
+static bool keep(struct sights *sights, const apriltag_detection_t *a)
 {
-    image_u8_t *image = eight_bits(map, white);
-    if (!image)
-        return false;
-    d->detector->quad_decimate = decimate;
-    zarray_t *all = apriltag_detector_detect(d->detector, image);
-    for (int i = 0; i < zarray_size(all); i++) {
-        apriltag_detection_t *a;
-        zarray_get(all, i, &a);
-        keep(capture, a, found, count);
+    struct sight new = {.id = a->id, .margin = a->decision_margin};
+    for (int k = 0; k < 4; k++)
+        for (int i = 0; i < 2; i++)
+            new.corner[k][i] = a->p[k][i] - 0.5;  // AprilTag counts from the pixel's corner
+    for (int i = 0; i < sights->count; i++) {
+        struct sight *old = sights->sight + i;
+        double apart =
+            hypot(old->corner[0][0] - new.corner[0][0], old->corner[0][1] - new.corner[0][1]);
+        if (old->id != new.id || apart > 0.5 * side_of(old))
+            continue;
+        if (old->margin < new.margin)
+            *old = new;
+        return true;
     }
-    apriltag_detections_destroy(all);
-    image_u8_destroy(image);
+    struct sight *grown =
+        realloc(sights->sight, (size_t)(sights->count + 1) * sizeof *sights->sight);
+    if (!grown)
+        return false;
+    sights->sight = grown;
+    sights->sight[sights->count++] = new;
     return true;
 }
 
-static int by_place(const void *a, const void *b)
+static bool search(struct detector *d, const struct radiance *map, float white, bool encoded,
+                   float decimate, struct sights *sights)
 {
-    return ((const struct detection *)a)->place - ((const struct detection *)b)->place;
+    image_u8_t *image = eight_bits(map, white, encoded);
+    if (!image)
+        return false;
+    bool kept = true;
+    d->detector->quad_decimate = decimate;
+    zarray_t *all = apriltag_detector_detect(d->detector, image);
+    for (int i = 0; i < zarray_size(all) && kept; i++) {
+        apriltag_detection_t *a;
+        zarray_get(all, i, &a);
+        kept = keep(sights, a);
+    }
+    apriltag_detections_destroy(all);
+    image_u8_destroy(image);
+    return kept;
+}
+
+// The tags of a capture among what is in sight; -> how many.
+static int choose(const struct sights *sights, const struct capture *capture,
+                  struct detection *found)
+{
+    int count = 0;
+    for (int place = 0; place < capture->tags; place++) {
+        struct detection best = {.place = place, .margin = -1};
+        int seen = 0;
+        for (int i = 0; i < sights->count; i++) {
+            const struct sight *s = sights->sight + i;
+            if (s->id != capture->tag[place].id)
+                continue;
+            seen++;
+            if (s->margin > best.margin) {
+                best.margin = s->margin;
+                memcpy(best.corner, s->corner, sizeof best.corner);
+            }
+        }
+        best.twice = seen > 1;
+        if (seen)
+            found[count++] = best;
+    }
+    return count;
+}
+
+// The passes over a map whose bright level is white, the fastest first.
+enum { PASSES = 4 };
+static bool pass(struct detector *d, const struct radiance *map, float white, int i,
+                 struct sights *sights)
+{
+    static const struct {
+        float white, decimate;
+        bool encoded;
+    } table[PASSES] = {{1, 2, false}, {1, 1, false}, {0.25f, 1, false}, {1, 1, true}};
+    return search(d, map, table[i].white * white, table[i].encoded, table[i].decimate, sights);
 }
 
 enum status detector_find(struct detector *d, const struct capture *capture,
                           const struct radiance *map, struct detection *found, int *count,
                           struct error *err)
 {
-    *count = 0;
+    struct sights sights = {0};
     float white = bright_level(map);
-    if (!(white > 0))
-        return STATUS_OK;  // a black image holds no tags
-    const struct {
-        float white, decimate;
-    } pass[] = {{white, 2}, {white, 1}, {white / 4, 1}};
-    for (int i = 0; i < 3 && *count < (capture->tags + 1) / 2; i++)
-        if (!search(d, capture, map, pass[i].white, pass[i].decimate, found, count))
-            return cap_fail(err, STATUS_MEMORY, "%d x %d pixels", map->width, map->height);
-    qsort(found, (size_t)*count, sizeof *found, by_place);
-    return STATUS_OK;
+    bool done = true;
+    *count = 0;
+    for (int i = 0; i < PASSES && done && white > 0 && *count < (capture->tags + 1) / 2; i++) {
+        done = pass(d, map, white, i, &sights);
+        *count = choose(&sights, capture, found);
+    }
+    free(sights.sight);
+    return done ? STATUS_OK
+                : cap_fail(err, STATUS_MEMORY, "%d x %d pixels", map->width, map->height);
+}
+
+enum status detector_all(struct detector *d, const struct radiance *map, int id,
+                         double (*corner)[4][2], int room, int *count, struct error *err)
+{
+    struct sights sights = {0};
+    float white = bright_level(map);
+    bool done = true;
+    *count = 0;
+    for (int i = 0; i < PASSES && done && white > 0; i++)
+        done = pass(d, map, white, i, &sights);
+    for (int i = 0; i < sights.count && *count < room; i++)
+        if (sights.sight[i].id == id)
+            memcpy(corner[(*count)++], sights.sight[i].corner, sizeof *corner);
+    free(sights.sight);
+    return done ? STATUS_OK
+                : cap_fail(err, STATUS_MEMORY, "%d x %d pixels", map->width, map->height);
 }

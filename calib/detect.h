@@ -9,6 +9,7 @@ struct detection {
     int place;  // index into capture->tag
     double corner[4][2];
     double margin;  // of the decoding, in 8-bit levels: more is better
+    bool twice;     // two tags with its id are in the picture: which one is meant?
 };
 
 /** A detector for one thread. detector_end() releases it; {0} is empty. */
@@ -24,4 +25,7 @@ void detector_end(struct detector *d);
 enum status detector_find(struct detector *d, const struct capture *capture,
                           const struct radiance *map, struct detection *found, int *count,
                           struct error *err);
+/** Corners of all tags with an id, however many there are: at most `room`, and their *count. */
+enum status detector_all(struct detector *d, const struct radiance *map, int id,
+                         double (*corner)[4][2], int room, int *count, struct error *err);
 #endif

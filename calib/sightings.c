@@ -75,7 +75,7 @@ static struct sighting detected(int view, const struct detection *d)
 }
 
 static void detect_shot(struct row *row, struct detector *detector, int shot,
-                        const struct capture *capture, const char *out)
+                        const struct capture *capture, const char *out, struct run *run)
 {
     struct radiance map = {0};
     const struct view view = {.name = capture->shot[shot].name};
@@ -87,8 +87,13 @@ static void detect_shot(struct row *row, struct detector *detector, int shot,
         row->status = cal_view_map(&map, out, &view, &row->error);
     if (!row->status)
         row->status = detector_find(detector, capture, &map, found, &count, &row->error);
-    for (int k = 0; !row->status && k < count; k++)
-        row->sighting[row->count++] = detected(shot, found + k);
+    for (int k = 0; !row->status && k < count; k++) {
+        if (found[k].twice)
+            cap_warn(run, "%s: two tags with id %d are in the picture: neither is used there",
+                     view.name, capture->tag[found[k].place].id);
+        else
+            row->sighting[row->count++] = detected(shot, found + k);
+    }
     cap_radiance_free(&map);
     free(found);
 }
@@ -110,7 +115,7 @@ enum status sightings_detect(struct sightings *list, const struct capture *captu
             if (status && !row[i].status)
                 row[i].status = cap_fail(&row[i].error, status, "%s", error.text);
             if (!row[i].status && (!usable || usable[i]))
-                detect_shot(row + i, &detector, i, capture, out);
+                detect_shot(row + i, &detector, i, capture, out, run);
             cap_step(run);
         }
         detector_end(&detector);

@@ -17,3 +17,6 @@ target_link_libraries(bench_calibration_speed PRIVATE calib project_options PkgC
 brdf_test(calib highlight)
 target_link_libraries(test_highlight PRIVATE JPEG::JPEG)
 target_compile_definitions(test_highlight PRIVATE SOURCE="${PROJECT_SOURCE_DIR}")
+brdf_test(calib photographs)
+target_link_libraries(test_photographs PRIVATE JPEG::JPEG)
+target_compile_definitions(test_photographs PRIVATE SOURCE="${PROJECT_SOURCE_DIR}")
