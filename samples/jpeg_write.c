@@ -1,4 +1,4 @@
-/* jpeg_write.c -- 8-bit sRGB JPEG with EXIF, by libjpeg and libexif. */
+/* jpeg_write.c -- 8-bit JPEG with EXIF, by libjpeg and libexif. */
 #include "jpeg_write.h"
 
 #include <libexif/exif-data.h>
@@ -87,21 +87,33 @@ static bool make_exif(const struct exif *exif, double seconds, unsigned char **b
 
 // ---- the picture
 
-static unsigned char srgb(double linear)
+static double srgb(double v)
 {
-    double v = fmin(fmax(linear, 0), 1);
-    double s = v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055;  // IEC 61966-2-1
-    return (unsigned char)lround(255 * s);
+    return v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055;  // IEC 61966-2-1
+}
+
+static unsigned char encode(const struct tone_curve *tone, double linear)
+{
+    double v = fmin(fmax(linear, 0), 1), encoded = srgb(v);
+    if (tone->gamma > 0)
+        encoded = pow(v, 1 / tone->gamma);
+    if (tone->values > 0) {
+        double at = v * (tone->values - 1);
+        int low = (int)fmin(floor(at), tone->values - 2);
+        encoded = tone->value[low] * (low + 1 - at) + tone->value[low + 1] * (at - low);
+    }
+    return (unsigned char)lround(255 * encoded);
 }
 
 /** The curve of one channel, for every DN. */
-static void make_curve(unsigned char curve[65536], const struct sensor_model *sensor, int channel)
+static void make_curve(unsigned char curve[65536], const struct scene *scene, int channel)
 {
+    const struct sensor_model *sensor = &scene->sensor;
     const double *gain = sensor->channel_gain;
     double largest = fmax(gain[0], fmax(gain[1], gain[2]));
     double range = (sensor->adc_max - sensor->black_level) * gain[channel] / largest;
     for (int dn = 0; dn < 65536; dn++)
-        curve[dn] = srgb((dn - sensor->black_level) / range);
+        curve[dn] = encode(&scene->tone, (dn - sensor->black_level) / range);
 }
 
 static unsigned char *develop(const uint16_t *dn, const struct scene *scene)
@@ -109,7 +121,7 @@ static unsigned char *develop(const uint16_t *dn, const struct scene *scene)
     size_t pixels = (size_t)scene->camera.width * (size_t)scene->camera.height;
     unsigned char *rgb = malloc(3 * pixels), *curve = malloc(65536);
     for (int c = 0; c < 3 && rgb && curve; c++) {
-        make_curve(curve, &scene->sensor, c);
+        make_curve(curve, scene, c);
         for (size_t i = 0; i < pixels; i++)
             rgb[3 * i + (size_t)c] = curve[dn[3 * i + (size_t)c]];
     }

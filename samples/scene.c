@@ -105,6 +105,25 @@ static void read_format(struct scene *scene, struct doc *doc, doc_node root)
     scene->format = (enum photo_format)format;
 }
 
+static void read_tone(struct tone_curve *tone, struct doc *doc, doc_node root)
+{
+    doc_node node = sam_doc_get(doc, root, "response");
+    if (!node)
+        return;
+    doc_node table = sam_doc_get(doc, node, "table");
+    tone->gamma = table ? 0 : sam_doc_number(doc, node, "gamma", NAN, 0.2, 5);
+    int count = sam_doc_count(doc, table);
+    if (table && (count < 2 || count > TONES_MAX)) {
+        sam_doc_wrong(doc, table, "table: 2 to %d numbers from 0 to 1", TONES_MAX);
+        return;
+    }
+    tone->values = count;
+    sam_doc_numbers(doc, node, "table", tone->value, count, false, 0, 1);
+    for (int i = 1; i < count; i++)
+        if (tone->value[i] <= tone->value[i - 1])
+            sam_doc_wrong(doc, table, "table: brighter light must give larger numbers");
+}
+
 static bool read_exposures(struct scene *scene, struct doc *doc, doc_node root)
 {
     doc_node list = sam_doc_need(doc, root, "exposures");
@@ -282,6 +301,7 @@ static bool read_all(struct scene *scene, struct doc *doc)
     read_camera(scene, doc, sam_doc_need(doc, root, "camera"));
     read_sensor(&scene->sensor, doc, sam_doc_get(doc, root, "sensor"));
     read_format(scene, doc, root);
+    read_tone(&scene->tone, doc, root);
     sam_doc_text(doc, root, "materials", "");  // asked for where a material needs it
     read_sample(&scene->sample, doc, sam_doc_need(doc, root, "sample"));
     doc_node post = sam_doc_get(doc, root, "post");

@@ -32,6 +32,15 @@ struct optics {
     double glare;  // share of the light that ends up spread evenly over the picture
 };
 
+enum { TONES_MAX = 64 };
+/** How encoded photographs are encoded: sRGB, or a power, or a table at even steps of linear light
+ *  from 0 to full, between which it is linear. */
+struct tone_curve {
+    double gamma;  // encoded = linear^(1/gamma); 0: not this one
+    double value[TONES_MAX];
+    int values;  // 0: not this one
+};
+
 /** What photographs are written as: 16-bit RGB, 8-bit sRGB, 16-bit mosaic. */
 enum photo_format { PHOTO_TIFF, PHOTO_JPEG, PHOTO_DNG };
 
@@ -103,6 +112,7 @@ struct scene {
     struct optics optics;
     struct exif exif;
     enum photo_format format;
+    struct tone_curve tone;
     double *exposure;  // [exposures] seconds
     int exposures;
     struct scene_lamp *lamp;  // [lamps]

@@ -66,6 +66,22 @@ static void test_middle_grey(void **state)
         assert_near(rgb[c], 127.5, 1.5);  // JPEG's own rounding of an even picture: 1
 }
 
+// A quarter of full light: 0.5 under a power of 1/2; 0.4 by a table that climbs to 0.8 at one half.
+static void test_other_curves(void **state)
+{
+    (void)state;
+    struct scene scene = plain_scene();
+    unsigned char rgb[3];
+    scene.tone.gamma = 2;
+    write_even(&scene, 100 + 500, 100 + 1000, 100 + 800, 0.01);
+    read_middle(rgb);
+    assert_near(rgb[1], 127.5, 1.5);
+    scene.tone = (struct tone_curve){.value = {0, 0.8, 1}, .values = 3};
+    write_even(&scene, 100 + 500, 100 + 1000, 100 + 800, 0.01);
+    read_middle(rgb);
+    assert_near(rgb[1], 102, 1);
+}
+
 static void test_ends_of_the_curve(void **state)
 {
     (void)state;
@@ -121,11 +137,12 @@ static int remove_file(void **state)
 
 int main(void)
 {
-    struct CMUnitTest tests[TIMES + 2] = {
+    struct CMUnitTest tests[TIMES + 3] = {
         cmocka_unit_test(test_middle_grey),
         cmocka_unit_test(test_ends_of_the_curve),
+        cmocka_unit_test(test_other_curves),
     };
     for (int i = 0; i < TIMES; i++)
-        tests[2 + i] = (struct CMUnitTest){"exif", test_exif, NULL, NULL, &times[i]};
+        tests[3 + i] = (struct CMUnitTest){"exif", test_exif, NULL, NULL, &times[i]};
     return cmocka_run_group_tests(tests, make_file, remove_file);
 }
