@@ -6,6 +6,7 @@
 #include "expose.h"
 #include "jpeg_write.h"
 #include "optics.h"
+#include "png_write.h"
 #include "tiff_write.h"
 #include "truth.h"
 #include "truth_table.h"
@@ -42,6 +43,8 @@ static enum status write_photo(const struct scene *scene, const char *path, uint
     const struct camera *c = &scene->camera;
     if (scene->format == PHOTO_JPEG)
         return sam_jpeg_write(path, dn, scene, seconds, err);
+    if (scene->format == PHOTO_PNG)
+        return sam_png_write(path, dn, c->width, c->height, &scene->exif, seconds, err);
     if (scene->format == PHOTO_DNG)
         return sam_dng_write(path, dn, c->width, c->height, &scene->exif, seconds, &scene->sensor,
                              err);

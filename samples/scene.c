@@ -91,14 +91,14 @@ static void read_sensor(struct sensor_model *sensor, struct doc *doc, doc_node n
 
 static void read_format(struct scene *scene, struct doc *doc, doc_node root)
 {
-    static const char *const names[] = {"tiff", "jpeg", "dng"};
+    static const char *const names[] = {"tiff", "jpeg", "dng", "png"};
     const char *name = sam_doc_text(doc, root, "files", "tiff");
     doc_node node = sam_doc_get(doc, root, "files");
     int format = 0;
-    while (format < 3 && strcmp(names[format], name) != 0)
+    while (format < 4 && strcmp(names[format], name) != 0)
         format++;
-    if (format == 3)
-        sam_doc_wrong(doc, node, "files: tiff, jpeg or dng, not '%s'", name);
+    if (format == 4)
+        sam_doc_wrong(doc, node, "files: tiff, png, jpeg or dng, not '%s'", name);
     else if (scene->sensor.mosaic != (format == PHOTO_DNG))
         sam_doc_wrong(doc, node ? node : root,
                       "files: a sensor with a mosaic writes dng, one without the others");

@@ -41,8 +41,8 @@ struct tone_curve {
     int values;  // 0: not this one
 };
 
-/** What photographs are written as: 16-bit RGB, 8-bit sRGB, 16-bit mosaic. */
-enum photo_format { PHOTO_TIFF, PHOTO_JPEG, PHOTO_DNG };
+/** What photographs are written as: 16-bit RGB, 8-bit encoded, 16-bit mosaic, 16-bit RGB. */
+enum photo_format { PHOTO_TIFF, PHOTO_JPEG, PHOTO_DNG, PHOTO_PNG };
 
 /** What the camera writes into every photograph. */
 struct exif {

@@ -34,7 +34,9 @@ void sam_photo_name(char name[PHOTO_NAME], const struct scene *scene, int shot, 
 
 const char *sam_photo_extension(const struct scene *scene)
 {
-    return scene->format == PHOTO_JPEG ? "jpg" : scene->format == PHOTO_DNG ? "dng" : "tif";
+    static const char *const names[] = {
+        [PHOTO_TIFF] = "tif", [PHOTO_JPEG] = "jpg", [PHOTO_DNG] = "dng", [PHOTO_PNG] = "png"};
+    return names[scene->format];
 }
 
 uint32_t sam_photo_frame(const struct scene *scene, int shot, int exposure)

@@ -9,7 +9,7 @@
 enum { PHOTO_NAME = 48 };
 void sam_shot_name(char name[PHOTO_NAME], const struct scene *scene, int shot);
 void sam_photo_name(char name[PHOTO_NAME], const struct scene *scene, int shot, int exposure);
-/** "tif", "jpg" or "dng". */
+/** "tif", "jpg", "dng" or "png". */
 const char *sam_photo_extension(const struct scene *scene);
 /** The number by which a photograph's noise and true exposure time are drawn. */
 uint32_t sam_photo_frame(const struct scene *scene, int shot, int exposure);

@@ -2,12 +2,13 @@ pkg_check_modules(LIBRAW REQUIRED IMPORTED_TARGET libraw_r)
 
 foreach(module shapes random pixel place tags light bounce film optics expose tiff_write dng_write
                jpeg_write scene render reflectance material
-               things mesh)
+               things mesh png_write)
     brdf_test(samples ${module})
 endforeach()
 target_include_directories(test_reflectance PRIVATE ${PROJECT_SOURCE_DIR}/reconstruct)
 target_link_libraries(test_tags PRIVATE PkgConfig::APRILTAG ${APRILTAG_UTILS})
 target_link_libraries(test_tiff_write PRIVATE TIFF::TIFF)
+target_link_libraries(test_png_write PRIVATE PkgConfig::PNG)
 target_link_libraries(test_dng_write PRIVATE PkgConfig::LIBRAW)
 target_link_libraries(test_jpeg_write PRIVATE JPEG::JPEG PkgConfig::EXIF)
 target_link_libraries(test_render PRIVATE PkgConfig::JANSSON)
