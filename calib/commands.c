@@ -163,5 +163,7 @@ const struct command cal_commands[] = {
      run_calibrate},
     {"board", "-o PDF > capture.yaml", "a board to print, and its capture.yaml on stdout",
      board_options, run_board},
+    {"export-calibration", "CALIBRATION --to FORMAT -o OUT", "calibration.yaml for other programs",
+     export_options, run_export},
     {0},
 };

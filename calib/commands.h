@@ -6,4 +6,6 @@
 
 extern const struct option board_options[];
 int run_board(const struct arguments *args);
+extern const struct option export_options[];
+int run_export(const struct arguments *args);
 #endif

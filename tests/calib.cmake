@@ -20,3 +20,4 @@ target_compile_definitions(test_highlight PRIVATE SOURCE="${PROJECT_SOURCE_DIR}"
 brdf_test(calib photographs)
 target_link_libraries(test_photographs PRIVATE JPEG::JPEG)
 target_compile_definitions(test_photographs PRIVATE SOURCE="${PROJECT_SOURCE_DIR}")
+brdf_test(calib interchange)
