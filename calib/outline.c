@@ -14,6 +14,7 @@
  *           gradient by 0.017 mm where this model is off by 0.009 mm (../shared/facts.md).
  */
 #include "outline.h"
+#include "view_map.h"
 #include "dense.h"
 
 #include <assert.h>
@@ -212,11 +213,9 @@ static void gather(struct sector *sector, int count, const struct radiance *map,
             int k = (int)(turn * count);
             struct sector *s = &sector[k < count ? k : count - 1];
             const size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)x);
-            const float *v = map->value + at, *var = map->variance + at;
-            double variance = ((double)var[0] + var[1] + var[2]) / 9;
-            if (!isfinite(variance) || s->count == SITES_MAX)
+            double value, variance;
+            if (s->count == SITES_MAX || !cal_gray(map, at, &value, &variance))
                 continue;
-            double value = ((double)v[0] + v[1] + v[2]) / 3;
             s->site[s->count++] =
                 (struct site){d, value, variance + TEXTURE * TEXTURE * value * value};
         }

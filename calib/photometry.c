@@ -7,6 +7,7 @@
  *           spread of radiance within the block may have moved the mean.
  */
 #include "photometry.h"
+#include "view_map.h"
 
 #include <assert.h>
 #include <float.h>
@@ -22,6 +23,7 @@ enum { SITES_MIN = 6, PATCH_FACETS = 4 };
 /** Running sums over the photosites of a facet. */
 struct sums {
     double value[3], square[3], variance[3];
+    int measured[3];  // photosites of each channel: fewer than count in a mosaic
     double pixel[2], place[2];
     int count;
     double low, high;  // of the channels' mean
@@ -30,16 +32,19 @@ struct sums {
 static void sums_add(struct sums *s, const struct radiance *map, int x, int y, double a, double b)
 {
     const size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)x);
-    double mean = 0;
-    for (int c = 0; c < 3; c++)
-        if (!isfinite(map->variance[at + (size_t)c]))
-            return;
+    double mean, unused;
+    bool measured[3];
+    if (!cal_measured(map, at, measured))
+        return;
+    cal_gray(map, at, &mean, &unused);
     for (size_t c = 0; c < 3; c++) {
         double v = map->value[at + c];
+        if (!measured[c])
+            continue;
+        s->measured[c]++;
         s->value[c] += v;
         s->square[c] += v * v;
         s->variance[c] += map->variance[at + c];
-        mean += v / 3;
     }
     s->pixel[0] += x;
     s->pixel[1] += y;
@@ -53,11 +58,11 @@ static void sums_add(struct sums *s, const struct radiance *map, int x, int y, d
 /** Means and sigmas; false: no photosites, or more spread than one material has. */
 static bool sums_facet(const struct sums *s, double spread_max, struct facet *facet)
 {
-    if (s->count < 1)
-        return false;
     facet->bright = true;
     for (int c = 0; c < 3; c++) {
-        double n = s->count, mean = s->value[c] / n, noise = s->variance[c] / n;
+        if (s->measured[c] < 1)
+            return false;
+        double n = s->measured[c], mean = s->value[c] / n, noise = s->variance[c] / n;
         double scatter = s->square[c] / n - mean * mean;
         if (scatter > noise * 4 + spread_max * spread_max * mean * mean)
             return false;
@@ -210,7 +215,8 @@ static enum status paper_facets(struct facets *facets, const struct radiance *ma
                                 struct error *err)
 {
     struct quadrilateral q = quad_of(seen->corner);
-    struct sums quarter[4] = {{{0}, {0}, {0}, {0}, {0}, 0, 0, 0}};
+    struct sums quarter[4];
+    memset(quarter, 0, sizeof quarter);
     int range[4];
     quad_range(&q, map, 0.2, range);
     double margin[2];
@@ -380,6 +386,8 @@ enum status cal_sample_facets(struct facets *facets, const struct radiance *map,
     if (!sample_range(c, view, map, range, &radius_px))
         return STATUS_OK;
     int side = (int)ceil(sqrt(CAP_PI * radius_px * radius_px / wanted));
+    if (*map->cfa)
+        side += side % 2;  // whole cells of the mosaic
     for (int y = range[1]; y + side <= range[3] + 1; y += side)
         for (int x = range[0]; x + side <= range[2] + 1; x += side) {
             struct facet facet = {.view = v, .material = MATERIAL_SAMPLE};

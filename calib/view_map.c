@@ -1,6 +1,7 @@
 /* view_map.c -- the radiance map of a view. */
 #include "view_map.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 enum status cal_view_map(struct radiance *map, const char *out, const struct view *view,
@@ -13,4 +14,25 @@ enum status cal_view_map(struct radiance *map, const char *out, const struct vie
         path ? cap_radiance_read(map, path, err) : cap_fail(err, STATUS_MEMORY, "%s", name);
     free(path);
     return status;
+}
+
+int cal_measured(const struct radiance *map, size_t at, bool measured[3])
+{
+    int count = 0;
+    for (size_t c = 0; c < 3; c++)
+        count += measured[c] = isfinite(map->variance[at + c]);
+    return *map->cfa || count == 3 ? count : 0;
+}
+
+bool cal_gray(const struct radiance *map, size_t at, double *value, double *variance)
+{
+    bool measured[3];
+    int count = cal_measured(map, at, measured);
+    double sum = 0;
+    for (size_t c = 0; c < 3; c++)
+        sum += measured[c] ? (double)map->variance[at + c] : 0;
+    // A channel that was not measured here is as noisy as the one that was.
+    *variance = count ? sum * 3 / count / 9 : INFINITY;
+    *value = ((double)map->value[at] + map->value[at + 1] + map->value[at + 2]) / 3;
+    return count > 0;
 }
