@@ -125,7 +125,7 @@ enum status ceres_solve(struct ceres_problem *problem, struct error *err)
         ceres::Solver::Options options;
         order(options, *problem, value);
         options.max_num_iterations = problem->iterations > 0 ? problem->iterations : 100;
-        options.function_tolerance = 1e-12;
+        options.function_tolerance = problem->tolerance > 0 ? problem->tolerance : 1e-12;
         options.parameter_tolerance = 1e-10;
         options.gradient_tolerance = 0;
         options.num_threads = 1;

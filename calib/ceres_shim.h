@@ -43,8 +43,9 @@ struct ceres_problem {
     struct ceres_parameter *parameter;
     const struct ceres_term *term;
     int parameters, terms;
-    int iterations;  // at most; 0: 100
-    double cost;     // out
+    int iterations;    // at most; 0: 100
+    double tolerance;  // relative change of the cost that ends them; 0: 1e-12
+    double cost;       // out
 };
 
 /** Minimise the cost. STATUS_SOLVER if Ceres gives up or throws; values are then the best met. */

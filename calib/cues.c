@@ -146,9 +146,20 @@ enum status cal_cues(struct calibration *c, const struct capture *capture,
                      const struct seen_highlight *highlight, struct run *run, struct error *err)
 {
     const struct facets none = {0};
-    enum status status = shading(c, capture, CUE_BOARD, board, &none, err);
-    if (!status && sample->count)
-        status = shading(c, capture, CUE_SAMPLE, &none, sample, err);
+    enum status status = STATUS_OK;
+#pragma omp parallel for schedule(static, 1) num_threads(run->threads)
+    for (int cue = CUE_BOARD; cue <= CUE_SAMPLE; cue++) {  // each writes its own entry of a lamp
+        struct error own = {0};
+        enum status s = STATUS_OK;
+        if (cue == CUE_BOARD)
+            s = shading(c, capture, CUE_BOARD, board, &none, &own);
+        else if (sample->count)
+            s = shading(c, capture, CUE_SAMPLE, &none, sample, &own);
+        if (s) {
+#pragma omp critical(cues_error)
+            status = cap_fail(err, s, "%s", own.text);
+        }
+    }
     for (int l = 0; l < c->lamps && !status; l++) {
         status = highlights(c, l, highlight, err);
         if (!status)

@@ -23,8 +23,9 @@
 
 static const double FLOOR_BOARD = 0.003;  // paper and patch are even to this, to begin with
 static const double FLOOR_SAMPLE = 0.01;  // and any sample, with its lobe, to this
-static const double OUTLIER = 3;          // scale of Cauchy's loss, in sigma
-static const double COS_MIN = 0.17;       // 80 degrees: beyond it, a facet is too flat
+static const double TOLERANCE = 1e-5;  // of the cost: lamps are then within a hundredth of a sigma
+static const double OUTLIER = 3;       // scale of Cauchy's loss, in sigma
+static const double COS_MIN = 0.17;    // 80 degrees: beyond it, a facet is too flat
 static const double SHADOW_MM = 3;
 static const double VIGNETTING_PRIOR = 0.3;
 static const double POWER_PRIOR = 0.5;  // of ln k: a lamp does not double its light between shots
@@ -32,6 +33,7 @@ static const double POWER_PRIOR = 0.5;  // of ln k: a lamp does not double its l
 // lamp at infinity is lit alike from everywhere.
 static const double PLACE_PRIOR[3] = {1, 1, 10};
 static const double FAR_SIGMAS = 3;
+static const double SETTLED = 0.1;                    // of the logarithm of such a scale
 static const double SCALE_MIN = 0.1, SCALE_MAX = 10;  // of a material's sigmas, by its residuals
 enum { ROUNDS = 4 };
 
@@ -224,9 +226,10 @@ static int by_value(const void *a, const void *b)
 }
 
 /** Make each material's sigmas as large as its residuals are: 1.4826 times their median is one
- *  sigma. False: out of memory. */
-static bool rescale(struct lamp_state *s, const struct problem *p)
+ *  sigma. *settled: none of them changed much. False: out of memory. */
+static bool rescale(struct lamp_state *s, const struct problem *p, bool *settled)
 {
+    *settled = true;
     double *left = calloc(3 * (size_t)p->terms + 1, sizeof *left);
     for (int kind = 0; left && kind < LAMP_KINDS; kind++) {
         size_t n = 0;
@@ -243,9 +246,11 @@ static bool rescale(struct lamp_state *s, const struct problem *p)
         for (size_t i = 0; i < n; i++)
             left[i] = fabs(left[i]);
         qsort(left, n, sizeof *left, by_value);
-        if (n > 30)  // fewer tell too little
-            s->scale[kind] =
-                fmin(fmax(s->scale[kind] * 1.4826 * left[n / 2], SCALE_MIN), SCALE_MAX);
+        if (n <= 30)  // too few to tell
+            continue;
+        double was = s->scale[kind];
+        s->scale[kind] = fmin(fmax(was * 1.4826 * left[n / 2], SCALE_MIN), SCALE_MAX);
+        *settled = *settled && fabs(log(s->scale[kind] / was)) < SETTLED;
     }
     free(left);
     return left != NULL;
@@ -276,7 +281,7 @@ static enum status spread_of(struct lamp_spread *spread, const struct problem *p
 /** One solution from the facets that the present lamps light. */
 static enum status solve(struct calibration *c, struct lamp_state *s, const struct capture *capture,
                          const struct facets *board, const struct facets *sample,
-                         struct sample_shift *shift, struct error *err)
+                         struct sample_shift *shift, bool *settled, struct error *err)
 {
     size_t terms = (size_t)(board->count + sample->count + c->views + c->cameras + c->lamps + 2);
     size_t blocks = (size_t)(2 * c->lamps + c->views + c->cameras + 3);
@@ -302,7 +307,8 @@ static enum status solve(struct calibration *c, struct lamp_state *s, const stru
                                     .term = p.term,
                                     .parameters = p.parameters,
                                     .terms = p.terms,
-                                    .iterations = 60};
+                                    .iterations = 60,
+                                    .tolerance = TOLERANCE};
     status = ceres_solve(&problem, err);
     if (!status)
         status = spread_of(&spread, &p, &problem, c->views, err);
@@ -312,7 +318,7 @@ static enum status solve(struct calibration *c, struct lamp_state *s, const stru
         s->sigma_inverse[l] = sqrt(lamp_covariance(&spread, 3 * l + 2, 3 * l + 2));
     lamp_keep(c, s, sample->count > 0, &spread);
     lamp_keep_shift(shift, s, &spread);
-    if (!rescale(s, &p))
+    if (!rescale(s, &p, settled))
         status = cap_fail(err, STATUS_MEMORY, "%d residuals", p.terms);
 done:
     free(spread.covariance);
@@ -342,10 +348,11 @@ enum status cal_lamp_fit(struct calibration *c, const struct capture *capture,
     enum status status = STATUS_OK;
     if (!lamp_state_make(&s, c, SCALE_MAX) || !lamp_state_start(&s, c, capture, board, sample))
         status = cap_fail(err, STATUS_MEMORY, "lamps of %d views", c->views);
-    for (int round = 0; round < ROUNDS && !status; round++)
-        status = solve(c, &s, capture, board, sample, &moved, err);
+    bool settled = false;
+    for (int round = 0; round < ROUNDS && !settled && !status; round++)
+        status = solve(c, &s, capture, board, sample, &moved, &settled, err);
     if (!status && may_be_far && send_away(&s, c->lamps) > 0)
-        status = solve(c, &s, capture, board, sample, &moved, err);
+        status = solve(c, &s, capture, board, sample, &moved, &settled, err);
     if (!status && shift)
         *shift = moved;
     lamp_state_free(&s);

@@ -16,7 +16,7 @@ enum { BOUNCE_ROUNDS = 3 };
 // facets count for little, and there are others.
 static const double EXTRA_MAX = 0.5, MATTE_SIGMA = 0.1, GLOSS_SIGMA = 5;
 static const double SETTLED = 0.3;  // sigmas that a lamp may still move
-enum { SAMPLE_FACETS = 9000, VIEW_FACETS_MAX = 600, VIEW_FACETS_MIN = 60 };
+enum { SAMPLE_FACETS = 6000, VIEW_FACETS_MAX = 600, VIEW_FACETS_MIN = 60 };
 
 /** Facets of one view. */
 struct view_facets {
@@ -240,6 +240,25 @@ static void move_sample(struct sample *s, const struct sample_shift *shift)
     memcpy(s->sigma_center, shift->sigma, sizeof s->sigma_center);
 }
 
+/** First places of the lamps that nobody measured. */
+static enum status start_lamps(struct calibration *c, const struct facets *board, struct run *run,
+                               struct error *err)
+{
+    enum status status = STATUS_OK;
+#pragma omp parallel for schedule(dynamic) num_threads(run->threads)
+    for (int l = 0; l < c->lamps; l++) {
+        struct error own = {0};
+        enum status s = STATUS_OK;
+        if (vec3_length(c->lamp[l].position) == 0)
+            s = cal_lamp_start(c, l, board, &own);
+        if (s) {
+#pragma omp critical(lamps_error)
+            status = cap_fail(err, s, "%s", own.text);
+        }
+    }
+    return status;
+}
+
 enum status cal_lamps_find(struct calibration *c, const struct capture *capture, const char *out,
                            struct run *run, struct error *err)
 {
@@ -257,9 +276,8 @@ enum status cal_lamps_find(struct calibration *c, const struct capture *capture,
         status = collect(&board, &sample, highlight, c, capture, out, run, err);
     if (!status)
         status = check_patch(c, &board, run, err);
-    for (int l = 0; l < c->lamps && !status; l++)
-        if (vec3_length(c->lamp[l].position) == 0)  // nobody measured it
-            status = cal_lamp_start(c, l, &board, err);
+    if (!status)
+        status = start_lamps(c, &board, run, err);
     if (!status)
         status = cal_lamp_fit(c, capture, &board, &none, sample.count == 0, NULL, err);
     if (!status && sample.count)

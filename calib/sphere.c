@@ -297,12 +297,16 @@ enum status cal_sphere_place(struct calibration *calibration, const struct captu
         struct edge *edges = NULL;
         int count = 0;
         bool fine = pass >= 2;
+        vec3 before = s->center;
         s->sigma_radius = fine ? RADIUS_PRIOR * nominal->radius : 0;
         s->radius = nominal->radius;
         status = find_edges(&edges, &count, calibration, out, search[pass], fine, run, err);
         if (!status)
             status = cal_sphere_fit(s, calibration, edges, count, err);
         free(edges);
+        // A pass that hardly moves the sphere needs no other of its kind after it.
+        double moved_px = px * vec3_length(vec3_sub(s->center, before));
+        pass += moved_px < (fine ? 0.25 : 1.5);
     }
     return status ? cap_fail_within(err, "the sphere's outline") : STATUS_OK;
 }

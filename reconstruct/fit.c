@@ -17,7 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WANTED = 8000, COARSE = 500, STARTS = 6 };
+enum { WANTED = 5000, COARSE = 500, STARTS = 6 };
 
 static const double bend = 3;  // sigmas: residuals beyond it count less and less
 

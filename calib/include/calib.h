@@ -53,8 +53,8 @@ struct view {
  *  shading of board and patch, the shading of the sample, the highlights on it. */
 enum cue { CUE_JOINT, CUE_BOARD, CUE_SAMPLE, CUE_HIGHLIGHT, CUES };
 struct lamp_cue {
-    vec3 direction;  // unit, in the lamp's frame
-    double sigma;    // of direction, rad, each way; 0: this cue tells nothing
+    vec3 direction;                   // unit, in the lamp's frame
+    double sigma;                     // of direction, rad, each way; 0: this cue tells nothing
     double distance, sigma_distance;  // 0: it does not tell a distance
 };
 /** "joint", "board", "sample", "highlight". */
