@@ -9,6 +9,6 @@ sh .ci/build sanitize
 sh .ci/build fuzz
 cmake --build --preset release --target all_verify_interface_header_sets >&2
 git ls-files '*.c' '*.h' '*.cc' | xargs clang-format --dry-run --Werror
-ctest --preset fuzz -j 2
-ctest --preset sanitize -LE slow
-ctest --preset release
+ctest --preset fuzz -j "$(nproc)"
+ctest --preset sanitize -LE slow -j "$(nproc)"
+ctest --preset release -j "$(nproc)"
