@@ -8,7 +8,8 @@ sh .ci/build release
 sh .ci/build sanitize
 sh .ci/build fuzz
 cmake --build --preset release --target all_verify_interface_header_sets >&2
-git ls-files '*.c' '*.h' '*.cc' | xargs clang-format --dry-run --Werror
+find capture calib reconstruct samples tests goniocam.c -name '*.[ch]' -o -name '*.cc' \
+    | xargs clang-format --dry-run --Werror
 ctest --preset fuzz -j "$(nproc)"
 ctest --preset sanitize -LE slow -j "$(nproc)"
 ctest --preset release -j "$(nproc)"
