@@ -1,10 +1,10 @@
 /* bins.c -- sums of samples per MERL bin.
  *
- * Method.   Every term is rounded once to a multiple of 2^-60 and summed as a 128-bit whole number:
- *           addition is exact, so the sums are the same to the last bit for any order and any split
- *           over threads. Weights are at most 1, |f| below 1e5 and w f^2 below 1e10, so 1e9 samples
- *           of the largest kind stay below 2^127 = 1.5e20 units of 1.
- * Accuracy. Terms are rounded by 4e-19; the least weight is 1e-10, so a mean is good to 1e-8.
+ * Method.   A shot's sums (shot_bins.c) are rounded once to multiples of 2^-60 and added as 128-bit
+ *           whole numbers: addition is exact, so the sums are the same to the last bit for any
+ * order of the shots and any split over threads. Weights are at most 1, |f| below 1e5 and w f^2
+ *           below 1e10, so 9e8 samples of the largest kind a shot stay below 2^63.
+ * Accuracy. Sums are rounded by 1e-18; the least weight is 1e-10, so a mean is good to 1e-8.
  * Errors.   Noise of the mean is sqrt(sum w^2 var) / sum w. What samples share (geometry, lamp) is
  *           averaged as it stands, as if wholly correlated within a bin.
  */
@@ -16,10 +16,11 @@
 
 static const double unit = 0x1p60;
 
-static fixed128 fix(double x)
+fixed128 rec_fix(double x)
 {
-    assert(fabs(x) < 0x1p64);
-    return (fixed128)(x * unit);
+    assert(fabs(x) < 0x1p63);
+    int64_t whole = (int64_t)x;  // in two parts, each a machine's own conversion
+    return (fixed128)whole * ((int64_t)1 << 60) + (int64_t)((x - (double)whole) * unit);
 }
 
 static double unfix(fixed128 x)
@@ -64,48 +65,6 @@ static struct bin_sums *sums_of(struct tally *t, int bin)
 static enum status out_of_memory(struct error *err)
 {
     return cap_fail(err, STATUS_MEMORY, "no memory for bins");
-}
-
-// The sums of a colour.
-static void add_channel(struct bin_sums *b, const reflectance_sample *s, int c, bool back)
-{
-    double w = s->weight;
-    fixed128 w_f = fix(w * s->f[c]), ww_noise = fix(w * w * s->noise[c]);
-    b->w_f[c] += w_f;
-    b->w_ff[c] += fix(w * s->f[c] * s->f[c]);
-    b->ww_noise[c] += ww_noise;
-    b->w_bounced[c] += fix(w * s->bounced[c]);
-    b->w_f_back[c] += back ? w_f : 0;
-    b->ww_noise_back[c] += back ? ww_noise : 0;
-}
-
-enum status rec_tally_add(struct tally *tally, const reflectance_sample *s, struct error *err)
-{
-    assert(s->weight > 0 && s->weight <= 1 && s->channel < 3);
-    struct bin_sums *b = sums_of(tally, rec_merl_index(s->angles));
-    if (!b)
-        return out_of_memory(err);
-    bool back = s->angles.phi_d < 0;
-    double w = s->weight, phi_d = back ? s->angles.phi_d + CAP_PI : s->angles.phi_d;
-    double angle[3] = {s->angles.theta_h, s->angles.theta_d, phi_d};
-    b->count++;
-    b->w += fix(w);
-    b->w_systematic += fix(w * fmin(s->systematic, 1e3));
-    b->w_tilt += fix(w * fmin(s->tilt, CAP_PI));
-    for (int i = 0; i < 2; i++)
-        b->w_spread[i] += fix(w * fmin(s->spread[i], 1));
-    b->w_back += back ? fix(w) : 0;
-    for (int i = 0; i < 3; i++) {
-        fixed128 w_angle = fix(w * angle[i]);
-        b->w_angle[i] += w_angle;
-        if (s->channel >= 0)
-            b->own_w_angle[s->channel][i] += w_angle;
-        if (s->channel < 0 || s->channel == i)
-            add_channel(b, s, i, back);
-    }
-    if (s->channel >= 0)
-        b->own_w[s->channel] += fix(w);
-    return STATUS_OK;
 }
 
 static void add_sums(struct bin_sums *to, const struct bin_sums *from)

@@ -1,8 +1,8 @@
-/* bins.h -- sums of samples per MERL bin: exact, so that no order changes them. */
+/* bins.h -- sums of samples per MERL bin: exact over shots, so that no order of them matters. */
 #ifndef GONIOCAM_BINS_H
 #define GONIOCAM_BINS_H
 
-#include "samples.h"
+#include "reconstruct.h"
 
 __extension__ typedef __int128 fixed128;  // units of 2^-60
 
@@ -12,9 +12,8 @@ struct bin_sums {
     fixed128 w, w_f[3], w_ff[3], w_angle[3];  // the weight, times f, f^2, folded angles
     fixed128 ww_noise[3];                     // weight^2 times the variance of f
     fixed128 w_systematic, w_tilt, w_spread[2], w_bounced[3];
-    fixed128 w_back, w_f_back[3], ww_noise_back[3];
-    fixed128 own_w[3], own_w_angle[3][3];  // of w, w_angle: samples of one channel (a mosaic's)  //
-                                           // of the samples with phi_d < 0, before it was folded
+    fixed128 w_back, w_f_back[3], ww_noise_back[3];  // samples with phi_d < 0 before it was folded
+    fixed128 own_w[3], own_w_angle[3][3];  // of w, w_angle: samples of one channel (a mosaic's)
 };
 
 /** Sums of the bins met so far: grows with bins, not with samples. {0} is empty. */
@@ -27,7 +26,8 @@ struct tally {
 /** STATUS_MEMORY. */
 enum status rec_tally_begin(struct tally *tally, struct error *err);
 void rec_tally_free(struct tally *tally);
-enum status rec_tally_add(struct tally *tally, const reflectance_sample *sample, struct error *err);
+/** A number as the sums keep it. Requires |x| < 2^63. */
+fixed128 rec_fix(double x);
 /** Add sums to those of a bin. STATUS_MEMORY. */
 enum status rec_tally_add_sums(struct tally *tally, int bin, const struct bin_sums *sums,
                                struct error *err);

@@ -9,6 +9,7 @@
 #include "bounce_map.h"
 
 #include "consensus.h"
+#include "surface.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -141,7 +142,7 @@ static const struct bounce_node *rim_at(struct bounce_map *m, int turn, int ring
     return node;
 }
 
-static void bounce_near_rim(struct bounce_map *m, const footprint *a, double radiance[3])
+static void bounce_near_rim(struct bounce_map *m, const sight *a, double radiance[3])
 {
     vec3 f[3];
     rim_frame(m->viewing, f);
@@ -158,7 +159,7 @@ static void bounce_near_rim(struct bounce_map *m, const footprint *a, double rad
     }
 }
 
-void rec_bounce_at(struct bounce_map *m, const footprint *a, int x, int y, double radiance[3])
+void rec_bounce_at(struct bounce_map *m, const sight *a, int x, int y, double radiance[3])
 {
     memset(radiance, 0, sizeof(double[3]));
     if (!m->node)

@@ -2,7 +2,7 @@
 #ifndef GONIOCAM_BOUNCE_MAP_H
 #define GONIOCAM_BOUNCE_MAP_H
 
-#include "footprint.h"
+#include "samples.h"
 
 /** Bounced radiance of one view on a grid of pixels, filled where it is asked for. For one thread.
  *  Owns node and rim; {0} is empty; rec_bounce_free(). */
@@ -20,8 +20,12 @@ enum status rec_bounce_make(struct bounce_map *map, const struct calibration *ca
                             const struct viewing *viewing, pixel_box box, struct error *err);
 void rec_bounce_free(struct bounce_map *map);
 
-/** The bounced radiance [3] (of the scene: vignetting not applied) at a photosite with footprint
- *  a. */
-void rec_bounce_at(struct bounce_map *map, const footprint *a, int x, int y, double radiance[3]);
+/** What a photosite sees: a place on the sample, and the direction back to the camera. */
+typedef struct {
+    vec3 point, normal, wo;
+} sight;
+
+/** The bounced radiance [3] (of the scene: vignetting not applied) at a photosite. */
+void rec_bounce_at(struct bounce_map *map, const sight *a, int x, int y, double radiance[3]);
 
 #endif

@@ -59,7 +59,7 @@ static void take_ratio(struct ratio *r, const struct bin *b, const struct fit *f
 
 // The measured neighbours of a bin, as places in the list; their number. slot [MERL_BINS] is 1 +
 // the place of a bin, or 0. phi_d closes upon itself.
-static int find_neighbours(int *list, const int *slot, int bin, const int span[2])
+static int find_neighbours(int *list, const int32_t *slot, int bin, const int span[2])
 {
     int p = bin % MERL_PHI_D, d = bin / MERL_PHI_D % MERL_THETA_D;
     int h = bin / (MERL_PHI_D * MERL_THETA_D), n = 0;
@@ -80,7 +80,7 @@ static int find_neighbours(int *list, const int *slot, int bin, const int span[2
 
 // The median of the neighbours' q, and the z-score of the bin's own; false: too few neighbours.
 static bool hear_neighbours(struct ratio *own, float middle[3], const struct ratio *ratio,
-                            const int *slot, int bin)
+                            const int32_t *slot, int bin)
 {
     int list[NEIGHBOURS_MAX], n = 0;
     for (int wider = 0; wider < 2 && n < FEW; wider++)
@@ -105,34 +105,63 @@ static bool hear_neighbours(struct ratio *own, float middle[3], const struct rat
 struct hearing {
     const struct bins *bins;
     struct ratio *ratio;  // [bins]
-    int *slot;            // [MERL_BINS] 1 + place in bins, or 0
     float *field;         // [6][MERL_BINS]: sums of |z| for each channel, and of 1
 };
 
+// The fit about a bin's centroid, by differences over half a bin each way; where that leaves the
+// upper hemisphere it is taken as level.
+static void expand(struct say *to, const struct bin *b, const struct fit *fit)
+{
+    const double h = sqrt(b->centroid.theta_h / (CAP_PI / 2)) * MERL_THETA_H;
+    const double step[3] = {CAP_PI / 4 * (2 * h + 1) / (MERL_THETA_H * MERL_THETA_H),
+                            CAP_PI / 4 / MERL_THETA_D, CAP_PI / 2 / MERL_PHI_D};
+    const double place[3] = {b->centroid.theta_h, b->centroid.theta_d, b->centroid.phi_d};
+    double f[3];
+    if (!fit_at(fit, b->centroid, f))
+        return;
+    for (int k = 0; k < 3; k++) {
+        double low[3] = {place[0], place[1], place[2]}, high[3] = {place[0], place[1], place[2]};
+        double down[3], up[3];
+        low[k] = k < 2 ? fmax(0, place[k] - step[k]) : place[k] - step[k];
+        high[k] += step[k];
+        bool both = fit_at(fit, (half_diff){low[0], low[1], low[2]}, down)
+                    && fit_at(fit, (half_diff){high[0], high[1], high[2]}, up);
+        double below = place[k] - low[k], above = high[k] - place[k];
+        to->at[k] = (float)place[k];
+        for (int c = 0; c < 3; c++) {
+            double s0 = both && below > 0 ? (f[c] - down[c]) / below : 0;
+            double s1 = both ? (up[c] - f[c]) / above : 0;
+            to->fitted[c] = (float)f[c];
+            to->slope[c][k] = (float)((s0 * above + s1 * below) / (above + below));
+            if (k == 0)
+                to->bend[c] = (float)((s1 - s0) / (above + below));
+        }
+    }
+}
+
 static void hear_all(struct consensus *to, struct hearing *w, int threads)
 {
+    const int many = 8;  // samples in a bin: from there an expansion costs less than evaluations
     for (int i = 0; i < w->bins->count; i++)
-        w->slot[w->bins->bin[i].index] = i + 1;
+        to->slot[w->bins->bin[i].index] = i + 1;
 #pragma omp parallel for schedule(static) num_threads(threads)
     for (int i = 0; i < w->bins->count; i++)
         take_ratio(&w->ratio[i], &w->bins->bin[i], to->fit);
-    for (int b = 0; b < MERL_BINS; b++)
-        for (int c = 0; c < 3; c++) {
-            to->middle[b][c] = NAN;
-            to->scale[b][c] = 1;
-        }
 #pragma omp parallel for schedule(dynamic, 256) num_threads(threads)
     for (int i = 0; i < w->bins->count; i++) {
         float middle[3];
         struct ratio *own = &w->ratio[i];
-        int bin = w->bins->bin[i].index;
-        bool heard = hear_neighbours(own, middle, w->ratio, w->slot, bin);
+        const struct bin *b = &w->bins->bin[i];
+        bool heard = hear_neighbours(own, middle, w->ratio, to->slot, b->index);
         for (int c = 0; c < 3; c++) {
-            const struct bin *b = &w->bins->bin[i];
-            to->middle[bin][c] = heard ? middle[c] : NAN;
             own->z[c] = heard ? own->z[c] : NAN;
-            to->rest[bin][c] = (float)sqrt(fmax(0, square(b->sigma[c]) - square(b->noise[c])));
+            to->say[i].middle[c] = heard ? middle[c] : NAN;
+            to->say[i].scale[c] = 1;
+            to->say[i].fitted[c] = NAN;
+            to->say[i].rest[c] = (float)sqrt(fmax(0, square(b->sigma[c]) - square(b->noise[c])));
         }
+        if (heard && b->count >= many)
+            expand(&to->say[i], b, to->fit);
     }
 }
 
@@ -155,7 +184,7 @@ static void find_scale(struct consensus *to, struct hearing *w, int threads)
             double sum = w->field[(size_t)c * MERL_BINS + bin];
             double weight = w->field[((size_t)c + 3) * MERL_BINS + bin];
             if (weight > 0)
-                to->scale[bin][c] = (float)fmax(1, sum / weight / mean_of_normal);
+                to->say[i].scale[c] = (float)fmax(1, sum / weight / mean_of_normal);
         }
 }
 
@@ -174,7 +203,7 @@ static double typical_z(const struct consensus *to, const struct hearing *w, dou
                 continue;
             double extra = scatter * b->bounced[c] / sqrt(b->count);
             work[n++] =
-                fabs(r->q[c] - to->middle[b->index][c]) / hypot(r->sigma[c], extra * (1 + r->q[c]));
+                fabs(r->q[c] - to->say[i].middle[c]) / hypot(r->sigma[c], extra * (1 + r->q[c]));
         }
     return n > 100 * FEW ? rec_quantile(work, n, 0.5) : 0;
 }
@@ -200,15 +229,14 @@ enum status rec_consensus_make(struct consensus *consensus, const struct bins *b
 {
     const size_t n = (size_t)bins->count + 1;
     struct consensus c = {.fit = fit,
-                          .middle = malloc(MERL_BINS * sizeof *c.middle),
-                          .scale = malloc(MERL_BINS * sizeof *c.scale),
-                          .rest = calloc(MERL_BINS, sizeof *c.rest)};
+                          .slot = calloc(MERL_BINS, sizeof *c.slot),
+                          .say = calloc(n, sizeof *c.say),
+                          .bins = bins->count};
     struct hearing w = {.bins = bins,
                         .ratio = malloc(n * sizeof *w.ratio),
-                        .slot = calloc(MERL_BINS, sizeof *w.slot),
                         .field = calloc(6 * (size_t)MERL_BINS, sizeof *w.field)};
     double *work = malloc(3 * n * sizeof *work);
-    bool ok = c.middle && c.scale && c.rest && w.ratio && w.slot && w.field && work;
+    bool ok = c.slot && c.say && w.ratio && w.field && work;
     if (ok) {
         hear_all(&c, &w, run->threads);
         find_scale(&c, &w, run->threads);
@@ -218,7 +246,6 @@ enum status rec_consensus_make(struct consensus *consensus, const struct bins *b
     }
     rec_consensus_free(&c);
     free(w.ratio);
-    free(w.slot);
     free(w.field);
     free(work);
     return ok ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "no memory for the bins' neighbours");
@@ -226,30 +253,45 @@ enum status rec_consensus_make(struct consensus *consensus, const struct bins *b
 
 void rec_consensus_free(struct consensus *consensus)
 {
-    free(consensus->middle);
-    free(consensus->scale);
-    free(consensus->rest);
+    free(consensus->slot);
+    free(consensus->say);
     *consensus = (struct consensus){0};
 }
 
-bool rec_consensus_allows(const struct consensus *consensus, const reflectance_sample *sample,
-                          vec3 wi, vec3 wo, double *residual)
+// The fit where a photosite measured: by the bin's expansion, or itself. false: the fit has no
+// value there.
+static bool fitted_at(const struct consensus *consensus, const struct say *say, const candidate *m,
+                      double f[3])
 {
-    const int bin = rec_merl_index(sample->angles), channels = sample->channel < 0 ? 3 : 1;
+    if (isnan(say->fitted[0]))
+        return fit_at(consensus->fit, m->angles, f);
+    double phi_d = m->angles.phi_d < 0 ? m->angles.phi_d + CAP_PI : m->angles.phi_d;
+    double dh = m->angles.theta_h - (double)say->at[0], dd = m->angles.theta_d - (double)say->at[1];
+    double dp = phi_d - (double)say->at[2];
+    for (int c = 0; c < 3; c++)
+        f[c] = (double)say->fitted[c] + dh * ((double)say->slope[c][0] + dh * (double)say->bend[c])
+               + dd * (double)say->slope[c][1] + dp * (double)say->slope[c][2];
+    return true;
+}
+
+bool rec_consensus_allows(const struct consensus *consensus, int bin, const candidate *m,
+                          double *residual)
+{
+    const int channels = m->channel < 0 ? 3 : 1;
+    const struct say *say = consensus->slot[bin] ? &consensus->say[consensus->slot[bin] - 1] : NULL;
     double fitted[3];
     bool allowed = true;
     *residual = NAN;
-    if (isnan(consensus->middle[bin][0]))
+    if (!say || isnan(say->middle[0]) || !fitted_at(consensus, say, m, fitted))
         return true;
-    consensus->fit->model->eval(consensus->fit->value, wi, wo, fitted);
     *residual = 0;
     for (int k = 0; k < channels; k++) {
-        int c = sample->channel < 0 ? k : sample->channel;
-        double due = (fitted[c] + dark) * (1 + (double)consensus->middle[bin][c]) - dark;
-        double rest = (double)consensus->rest[bin][c], scale = (double)consensus->scale[bin][c];
-        double far = square(too_far * scale) * (sample->noise[c] + square(rest));
-        allowed = allowed && square(sample->f[c] - due) <= far;
-        *residual += (sample->f[c] - due) / (due + dark) / channels;
+        int c = m->channel < 0 ? k : m->channel;
+        double due = (fitted[c] + dark) * (1 + (double)say->middle[c]) - dark;
+        double rest = (double)say->rest[c], scale = (double)say->scale[c];
+        double far = square(too_far * scale) * (m->noise[c] + square(rest));
+        allowed = allowed && square(m->f[c] - due) <= far;
+        *residual += (m->f[c] - due) / (due + dark) / channels;
     }
     return allowed;
 }
@@ -258,5 +300,6 @@ void rec_consensus_widen(struct bins *bins, const struct consensus *consensus)
 {
     for (int i = 0; i < bins->count; i++)
         for (int c = 0; c < 3; c++)
-            bins->bin[i].sigma[c] *= (double)consensus->scale[bins->bin[i].index][c];
+            bins->bin[i].sigma[c] *=
+                (double)consensus->say[consensus->slot[bins->bin[i].index] - 1].scale[c];
 }

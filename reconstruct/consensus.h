@@ -5,14 +5,29 @@
 
 #include "samples.h"
 
-/** The say of each bin's neighbours. Owns its arrays; {0} is empty; rec_consensus_free(). */
+/** The say of a measured bin's neighbours. */
+struct say {
+    float middle[3];  // (f + e)/(fit + e), less 1; NAN: too few
+    float scale[3];   // real scatter over what sigma predicts, >= 1
+    float rest[3];    // 1 sigma of f besides noise, 1/sr
+    // The fit about the bin's centroid, in a bin of many samples; fitted[0] NAN: not expanded.
+    float at[3], fitted[3], slope[3][3], bend[3];  // theta_h, theta_d, phi_d; bend: of theta_h
+};
+/** What all bins' neighbours say. Owns slot and say; {0} is empty; rec_consensus_free(). */
 struct consensus {
     const struct fit *fit;  // borrowed: f is told relative to it
-    float (*middle)[3];     // [MERL_BINS] (f + e)/(fit + e) of the neighbours, less 1; NAN: too few
-    float (*scale)[3];      // [MERL_BINS] real scatter over what sigma predicts, >= 1
-    float (*rest)[3];       // [MERL_BINS] 1 sigma of f besides noise, 1/sr
+    int32_t *slot;          // [MERL_BINS]: 1 + index into say; 0: not measured
+    struct say *say;        // [bins]
+    int bins;
     double bounce_scatter;  // 1 sigma of a photosite's bounced light, relative to that light
 };
+
+/** One photosite's f and its variance, as in reflectance_sample. */
+typedef struct {
+    half_diff angles;
+    int channel;
+    double f[3], noise[3];
+} candidate;
 
 /** Form it from measured bins whose sigma is complete (method: consensus.c). On success the caller
  *  owns *consensus. STATUS_MEMORY. */
@@ -20,10 +35,10 @@ enum status rec_consensus_make(struct consensus *consensus, const struct bins *b
                                const struct fit *fit, struct run *run, struct error *err);
 void rec_consensus_free(struct consensus *consensus);
 
-/** Is a sample, with wi and wo in its local frame, what the neighbours of its bin allow?
- *  *residual: f over what they say, less 1, mean of its channels; NAN: they say nothing. */
-bool rec_consensus_allows(const struct consensus *consensus, const reflectance_sample *sample,
-                          vec3 wi, vec3 wo, double *residual);
+/** Is what was measured in a bin what its neighbours allow? *residual: f over what they say, less
+ *  1, mean of its channels; NAN: they say nothing. */
+bool rec_consensus_allows(const struct consensus *consensus, int bin, const candidate *m,
+                          double *residual);
 
 /** Multiply the sigmas of the bins by the scale of their neighbourhood (R. T. Birge, "The
  *  calculation of errors by the method of least squares", Physical Review 40, 1932: locally). */

@@ -1,4 +1,4 @@
-/* footprint.c -- what a photosite spans on the sample.
+/* footprint.c -- what photosites span on the sample.
  *
  * Method.   A pixel is the mean of f cos(theta_i)/r^2 over its square. Its directions are means of
  *           n, wi and wo over the square, weighted by cos(theta_i)/r^2, and f is the pixel over the
@@ -9,152 +9,269 @@
  * Limits.   A photosite is left out within one photosite of the outline and of the terminator: the
  *           lens spreads light over about that much, and beyond the edge lies something else.
  */
-#include "footprint.h"
+#include "strip.h"
 
 #include <assert.h>
+#include <string.h>
 
-// One ray on its way: directions and irradiance where it meets the sample.
-typedef struct {
-    meeting m;
-    vec3 wi, wo;
-    double distance, cos_i, irradiance;
-} ray_end;
-
-// The ray of a pixel offset: the table's linear expansion about the photosite's centre.
-struct pencil {
-    double at[2], by_u[2], by_v[2];
+/** Rays on their way: directions and irradiance where they meet the sample. */
+struct ray_ends {
+    struct meetings m;
+    vec3_lanes ray, wi;
+    double distance[LANES], cos_i[LANES], irradiance[LANES];
 };
 
-static ray_end trace(const struct viewing *v, const struct pencil *p, double du, double dv)
+// Rays of an offset (du, dv) from the photosites' centres, by the lens's slopes there.
+WIDE static void aim(vec3_lanes *ray, const struct lens_row *lens, const mat3 *view_from_world,
+                     double du, double dv)
 {
-    vec3 ray = {p->at[0] + du * p->by_u[0] + dv * p->by_v[0],
-                p->at[1] + du * p->by_u[1] + dv * p->by_v[1], 1};
-    vec3 d = vec3_normalize(mat3_mul_t(&v->view_from_world, ray));
-    ray_end end = {.m = rec_meet(v->sample, v->eye, d), .wo = vec3_scale(d, -1)};
-    if (!end.m.hit)
-        return end;
-    if (v->lamp->at_infinity) {
-        end.wi = v->lamp->direction;
-        end.distance = INFINITY;
-        end.irradiance = end.cos_i = vec3_dot(end.m.normal, end.wi);
-    } else {
-        vec3 to_lamp = vec3_sub(v->lamp_position, end.m.point);
-        double r2 = vec3_dot(to_lamp, to_lamp);
-        end.distance = sqrt(r2);
-        end.wi = vec3_scale(to_lamp, 1 / end.distance);
-        end.cos_i = vec3_dot(end.m.normal, end.wi);
-        end.irradiance = end.cos_i / r2;
+    const mat3 m = *view_from_world;
+    for (int i = 0; i < LANES; i++) {
+        double x = lens->at[0][i] + du * lens->by_u[0][i] + dv * lens->by_v[0][i];
+        double y = lens->at[1][i] + du * lens->by_u[1][i] + dv * lens->by_v[1][i];
+        double s = 1 / sqrt(x * x + y * y + 1);
+        ray->x[i] = s * (m.m[0][0] * x + m.m[1][0] * y + m.m[2][0]);
+        ray->y[i] = s * (m.m[0][1] * x + m.m[1][1] * y + m.m[2][1]);
+        ray->z[i] = s * (m.m[0][2] * x + m.m[1][2] * y + m.m[2][2]);
     }
-    return end;
+}
+
+WIDE static void light(struct ray_ends *e, vec3 lamp)
+{
+    const struct meetings *m = &e->m;
+    for (int i = 0; i < LANES; i++) {
+        double x = lamp.x - m->point.x[i], y = lamp.y - m->point.y[i], z = lamp.z - m->point.z[i];
+        double r = sqrt(x * x + y * y + z * z), s = 1 / r;
+        e->wi.x[i] = x * s;
+        e->wi.y[i] = y * s;
+        e->wi.z[i] = z * s;
+        e->distance[i] = r;
+        e->cos_i[i] = s * (m->normal.x[i] * x + m->normal.y[i] * y + m->normal.z[i] * z);
+        e->irradiance[i] = e->cos_i[i] * s * s;
+    }
+}
+
+WIDE static void light_from_afar(struct ray_ends *e, vec3 direction)
+{
+    const vec3_lanes *n = &e->m.normal;
+    for (int i = 0; i < LANES; i++) {
+        e->wi.x[i] = direction.x;
+        e->wi.y[i] = direction.y;
+        e->wi.z[i] = direction.z;
+        e->distance[i] = INFINITY;
+        e->cos_i[i] = n->x[i] * direction.x + n->y[i] * direction.y + n->z[i] * direction.z;
+        e->irradiance[i] = e->cos_i[i];
+    }
+}
+
+static void trace(struct ray_ends *e, const struct viewing *v, const struct lens_row *lens,
+                  double du, double dv)
+{
+    aim(&e->ray, lens, &v->view_from_world, du, dv);
+    rec_meet_all(&e->m, v->sample, v->eye, &e->ray, LANES);
+    if (v->lamp->at_infinity)
+        light_from_afar(e, v->lamp->direction);
+    else
+        light(e, v->lamp_position);
+}
+
+/** What of the strip needs a closer look; 1 or 0 a lane. */
+struct looks {
+    double edge[LANES], wide[LANES];
+    double rim[LANES], dusk[LANES];  // within a photosite of the outline, of the terminator
+};
+
+// How far the normal turns from one photosite to the next: at the middle of the sample's face it is
+// `step`, towards the outline 1/cos_o times as far. Where it turns little, the centre alone serves:
+// the square's second moment is 1/12, so the centre errs by (step / cosines)^2 / 24, 4e-5 of f at
+// most; no photosite is trusted beyond 1e-3 (samples.c). A cylinder ends without warning.
+WIDE static void take_centers(struct strip *s, struct looks *look, const struct ray_ends *e,
+                              const struct lens_row *lens, vec3 eye, double curvature,
+                              bool has_ends)
+{
+    const double narrow = 0.03, near = 3, always = has_ends ? 1 : 0;
+    for (int i = 0; i < LANES; i++) {
+        double x = e->m.point.x[i] - eye.x, y = e->m.point.y[i] - eye.y;
+        double z = e->m.point.z[i] - eye.z;
+        double across = lens->by_u[0][i] * lens->by_u[0][i] + lens->by_u[1][i] * lens->by_u[1][i];
+        double step = curvature * sqrt((x * x + y * y + z * z) * across);
+        double cos_i = e->cos_i[i];
+        double cos_o = -(e->ray.x[i] * e->m.normal.x[i] + e->ray.y[i] * e->m.normal.y[i]
+                         + e->ray.z[i] * e->m.normal.z[i]);
+        double dusk = cos_i < 0 ? -cos_i : cos_i;
+        look->edge[i] = (cos_o * cos_o <= near * step) | (dusk * cos_o <= near * step) ? 1 : always;
+        look->wide[i] = step < narrow * cos_o * cos_i ? 0 : 1;
+        s->spread[0][i] = s->spread[1][i] = step * step / 12;
+        s->curvature[i] = curvature;
+        s->wo.x[i] = -e->ray.x[i];
+        s->wo.y[i] = -e->ray.y[i];
+        s->wo.z[i] = -e->ray.z[i];
+    }
+    s->point = e->m.point;
+    s->normal = e->m.normal;
+    s->wi = e->wi;
+    memcpy(s->distance, e->distance, sizeof s->distance);
+    memcpy(s->irradiance, e->irradiance, sizeof s->irradiance);
 }
 
 // Eight rays one photosite away: all of them must meet lit sample.
-static enum fate ring(const struct viewing *v, const struct pencil *p)
+static void look_around(struct looks *look, const struct viewing *v, const struct lens_row *lens)
 {
     static const double s = 0.70710678118654752;
     static const double offset[8][2] = {{1, 0},  {s, s},   {0, 1},  {-s, s},
                                         {-1, 0}, {-s, -s}, {0, -1}, {s, -s}};
-    enum fate fate = FATE_USED;
+    struct ray_ends e;
     for (int k = 0; k < 8; k++) {
-        ray_end end = trace(v, p, offset[k][0], offset[k][1]);
-        if (!end.m.hit)
-            return FATE_OUTLINE;
-        if (end.cos_i <= 0)
-            fate = FATE_TERMINATOR;
+        trace(&e, v, lens, offset[k][0], offset[k][1]);
+        for (int i = 0; i < LANES; i++) {
+            look->rim[i] = e.m.hit[i] > 0 ? look->rim[i] : 1;
+            look->dusk[i] = e.cos_i[i] > 0 ? look->dusk[i] : 1;
+        }
     }
-    return fate;
 }
 
-// How far the normal turns from one photosite to the next, in radians, at the middle of the
-// sample's face; towards the outline it is 1/cos_o times as far.
-static double normal_step(const struct viewing *v, const struct pencil *p, vec3 point)
+static enum fate fate_of(const struct looks *look, double hit, double cos_i, int i)
 {
-    double distance = vec3_length(vec3_sub(point, v->eye));
-    return distance * hypot(p->by_u[0], p->by_u[1]) / v->sample->radius;
+    if (!(hit > 0) || look->rim[i] > 0)
+        return FATE_OUTLINE;
+    if (!(cos_i > 0))
+        return FATE_DARK;
+    return look->dusk[i] > 0 ? FATE_TERMINATOR : FATE_USED;
 }
 
-static void add(footprint *sum, const ray_end *end, double w)
+/** Weighted sums over a photosite: w, w n, w wi, w wo, and w n n^T (xx, yy, zz, xy, yz, zx). */
+struct means {
+    double w[LANES], moment[6][LANES];
+    vec3_lanes n, wi, wo;
+};
+
+WIDE static void add(struct means *to, const struct ray_ends *e, double weight)
 {
-    sum->irradiance += w;
-    sum->normal = vec3_add(sum->normal, vec3_scale(end->m.normal, w));
-    sum->wi = vec3_add(sum->wi, vec3_scale(end->wi, w));
-    sum->wo = vec3_add(sum->wo, vec3_scale(end->wo, w));
+    for (int i = 0; i < LANES; i++) {
+        double w = weight * e->irradiance[i];
+        double x = e->m.normal.x[i], y = e->m.normal.y[i], z = e->m.normal.z[i];
+        to->w[i] += w;
+        to->n.x[i] += w * x;
+        to->n.y[i] += w * y;
+        to->n.z[i] += w * z;
+        to->wi.x[i] += w * e->wi.x[i];
+        to->wi.y[i] += w * e->wi.y[i];
+        to->wi.z[i] += w * e->wi.z[i];
+        to->wo.x[i] -= w * e->ray.x[i];
+        to->wo.y[i] -= w * e->ray.y[i];
+        to->wo.z[i] -= w * e->ray.z[i];
+        to->moment[0][i] += w * x * x;
+        to->moment[1][i] += w * y * y;
+        to->moment[2][i] += w * z * z;
+        to->moment[3][i] += w * x * y;
+        to->moment[4][i] += w * y * z;
+        to->moment[5][i] += w * z * x;
+    }
 }
 
-// The plane in which n tilts towards h, and the one across it; any two where n is h.
-static void tilt_axes(const footprint *a, vec3 axis[2])
+WIDE static void normalize(vec3_lanes *v)
 {
-    vec3 h = vec3_normalize(vec3_add(a->wi, a->wo));
-    vec3 out = vec3_sub(h, vec3_scale(a->normal, vec3_dot(h, a->normal)));
-    if (vec3_length(out) < 1e-9)
-        out = vec3_cross(a->normal, fabs(a->normal.x) < 0.7 ? (vec3){1, 0, 0} : (vec3){0, 1, 0});
-    axis[0] = vec3_normalize(out);
-    axis[1] = vec3_cross(a->normal, axis[0]);
+    for (int i = 0; i < LANES; i++) {
+        double s = 1 / sqrt(v->x[i] * v->x[i] + v->y[i] * v->y[i] + v->z[i] * v->z[i]);
+        v->x[i] *= s;
+        v->y[i] *= s;
+        v->z[i] *= s;
+    }
 }
 
-static footprint average(const struct viewing *v, const struct pencil *p, const ray_end *center)
+// Variance of n along an axis: the normals' second moment, per weight.
+static inline double moment_along(const struct means *m, int i, double x, double y, double z)
+{
+    double sum =
+        m->moment[0][i] * x * x + m->moment[1][i] * y * y + m->moment[2][i] * z * z
+        + 2 * (m->moment[3][i] * x * y + m->moment[4][i] * y * z + m->moment[5][i] * z * x);
+    sum /= m->w[i];
+    return sum > 0 ? sum : 0;
+}
+
+// The strip's directions and irradiance from the sums, in the lanes that are wide. Spreads are
+// taken in the plane in which n tilts towards h, and across it; in any two where n is h.
+WIDE static void take_means(struct strip *s, const struct means *m, const double *wide)
+{
+    for (int i = 0; i < LANES; i++) {
+        bool take = wide[i] > 0;
+        double nx = m->n.x[i], ny = m->n.y[i], nz = m->n.z[i];
+        double hx = m->wi.x[i] + m->wo.x[i], hy = m->wi.y[i] + m->wo.y[i];
+        double hz = m->wi.z[i] + m->wo.z[i], up = hx * nx + hy * ny + hz * nz;
+        double x = hx - up * nx, y = hy - up * ny, z = hz - up * nz;
+        bool level = x * x + y * y + z * z < 1e-18, turned = nx * nx < 0.5;
+        x = level ? (turned ? 0 : -nz) : x;
+        y = level ? (turned ? nz : 0) : y;
+        z = level ? (turned ? -ny : nx) : z;
+        double scale = 1 / sqrt(x * x + y * y + z * z);
+        x *= scale;
+        y *= scale;
+        z *= scale;
+        double towards = moment_along(m, i, x, y, z);
+        double across = moment_along(m, i, ny * z - nz * y, nz * x - nx * z, nx * y - ny * x);
+        s->spread[0][i] = take ? towards : s->spread[0][i];
+        s->spread[1][i] = take ? across : s->spread[1][i];
+        s->irradiance[i] = take ? m->w[i] : s->irradiance[i];
+        s->normal.x[i] = take ? nx : s->normal.x[i];
+        s->normal.y[i] = take ? ny : s->normal.y[i];
+        s->normal.z[i] = take ? nz : s->normal.z[i];
+        s->wi.x[i] = take ? m->wi.x[i] : s->wi.x[i];
+        s->wi.y[i] = take ? m->wi.y[i] : s->wi.y[i];
+        s->wi.z[i] = take ? m->wi.z[i] : s->wi.z[i];
+        s->wo.x[i] = take ? m->wo.x[i] : s->wo.x[i];
+        s->wo.y[i] = take ? m->wo.y[i] : s->wo.y[i];
+        s->wo.z[i] = take ? m->wo.z[i] : s->wo.z[i];
+    }
+}
+
+static void average(struct strip *s, const struct viewing *v, const struct lens_row *lens,
+                    const double *wide)
 {
     static const double place[3] = {-0.38729833462074169, 0, 0.38729833462074169};  // sqrt(0.15)
     static const double weight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
-    footprint sum = {.point = center->m.point, .distance = center->distance};
-    vec3 normal[9], axis[2];
-    double w[9];
+    struct means sum = {0};
+    struct ray_ends e;
     for (int b = 0; b < 3; b++)
         for (int a = 0; a < 3; a++) {
-            ray_end end = trace(v, p, place[a], place[b]);
-            assert(end.m.hit && end.cos_i > 0);
-            normal[3 * b + a] = end.m.normal;
-            w[3 * b + a] = weight[a] * weight[b] * end.irradiance;
-            add(&sum, &end, w[3 * b + a]);
+            trace(&e, v, lens, place[a], place[b]);
+            add(&sum, &e, weight[a] * weight[b]);
         }
-    sum.normal = vec3_normalize(sum.normal);
-    sum.wi = vec3_normalize(sum.wi);
-    sum.wo = vec3_normalize(sum.wo);
-    tilt_axes(&sum, axis);
-    for (int k = 0; k < 9; k++)
-        for (int i = 0; i < 2; i++) {
-            double tilt = vec3_dot(normal[k], axis[i]);
-            sum.spread[i] += w[k] / sum.irradiance * tilt * tilt;
-        }
-    return sum;
+    normalize(&sum.n);
+    normalize(&sum.wi);
+    normalize(&sum.wo);
+    take_means(s, &sum, wide);
 }
 
-enum fate rec_footprint(footprint *spot, const struct viewing *viewing, double u, double v,
-                        bool *hit)
+void rec_strip_footprints(struct strip *s, const struct viewing *v)
 {
-    struct pencil p;
-    rec_lens_at(viewing->lens, u, v, p.at, p.by_u, p.by_v);
-    ray_end center = trace(viewing, &p, 0, 0);
-    *hit = center.m.hit;
-    if (!center.m.hit)
-        return FATE_OUTLINE;
-    double cos_o = vec3_dot(center.m.normal, center.wo);
-    double step = normal_step(viewing, &p, center.m.point) / cos_o;
-    // Far from both edges the ring needs no look; but a cylinder ends without warning.
-    bool inner = viewing->sample->shape == SHAPE_SPHERE && cos_o > 3 * step;
-    if (!(inner && center.cos_i > 3 * step)) {
-        enum fate fate = ring(viewing, &p);
-        if (fate == FATE_OUTLINE)
-            return fate;
-        if (center.cos_i <= 0)
-            return FATE_DARK;
-        if (fate)
-            return fate;
+    struct lens_row lens;
+    struct ray_ends center;
+    struct looks look = {0};
+    bool any = false, edge = false, wide = false;
+    rec_lens_row(&lens, v->lens, s->x0, s->y);
+    trace(&center, v, &lens, 0, 0);
+    for (int i = 0; i < LANES; i++) {
+        s->hit[i] = center.m.hit[i] > 0 && i >= s->from && i < s->to;
+        s->fate[i] = FATE_OUTLINE;
+        any = any || s->hit[i];
     }
-    // The square's second moment is 1/12: the centre alone errs by (step / cosines)^2 / 24, 4e-5 of
-    // f at most; no photosite is trusted beyond 1e-3 (samples.c).
-    if (step < 0.03 * cos_o * center.cos_i) {
-        *spot = (footprint){
-            .point = center.m.point,
-            .normal = center.m.normal,
-            .wi = center.wi,
-            .wo = center.wo,
-            .distance = center.distance,
-            .spread = {step * step / 12, step * step / 12},
-            .irradiance = center.irradiance,
-        };
-        return FATE_USED;
+    if (!any)
+        return;
+    take_centers(s, &look, &center, &lens, v->eye, 1 / v->sample->radius,
+                 v->sample->shape != SHAPE_SPHERE);
+    for (int i = 0; i < LANES; i++)
+        edge = edge || (s->hit[i] && look.edge[i] > 0);
+    if (edge)
+        look_around(&look, v, &lens);
+    for (int i = 0; i < LANES; i++) {
+        s->fate[i] = s->hit[i] ? fate_of(&look, center.m.hit[i], center.cos_i[i], i) : FATE_OUTLINE;
+        wide = wide || (s->fate[i] == FATE_USED && look.wide[i] > 0);
     }
-    *spot = average(viewing, &p, &center);
-    return FATE_USED;
+    if (wide)
+        average(s, v, &lens, look.wide);
+    for (int i = 0; i < LANES; i++)
+        if (s->fate[i] == FATE_USED
+            && (vec3_dot(rec_lane(&s->normal, i), rec_lane(&s->wi, i)) <= 0
+                || vec3_dot(rec_lane(&s->normal, i), rec_lane(&s->wo, i)) <= 0))
+            s->fate[i] = FATE_TERMINATOR;
 }

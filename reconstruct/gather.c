@@ -1,8 +1,8 @@
 /* gather.c -- all shots of a calibrated capture become bins: one shot a thread at a time. */
 #include "gather.h"
 
-#include "bins.h"
 #include "bounce_map.h"
+#include "shot_bins.h"
 #include "team.h"
 
 #include <math.h>
@@ -62,49 +62,93 @@ static enum status read_map(struct radiance *map, const struct gathering *g,
     return status;
 }
 
-static enum status add_shot(struct tally *tally, struct census *census, const struct gathering *g,
-                            int view, struct error *err)
+/** What a thread fills: sums of the shots that it took, and of the one under way. */
+struct harvest {
+    struct tally tally;
+    struct shot_bins shot;
+    struct census census;
+};
+
+// The used photosites of a strip, one by one, where somebody wants to know them.
+static enum status look_closer(const struct strip *s, struct shot_residuals *residuals,
+                               struct sample_block *block, const struct gathering *g,
+                               const char *shot, struct error *err)
+{
+    enum status status = STATUS_OK;
+    for (int i = 0; i < LANES && !status; i++) {
+        if (s->fate[i] != FATE_USED)
+            continue;
+        reflectance_sample sample = rec_strip_sample(s, i);
+        rec_residual_add(residuals, &sample, &g->calibration->sample);
+        if (g->samples)
+            status = rec_samples_put(g->samples, block, shot, &sample, s->x0 + i, s->y, err);
+    }
+    return status;
+}
+
+static void count_fates(struct census *census, const struct strip *s)
+{
+    for (int i = 0; i < LANES; i++) {
+        census->photosites[s->fate[i]] += s->hit[i];
+        if (s->fate[i] != FATE_USED)
+            continue;
+        double sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];
+        double b = s->channel[i] < 0 ? sum / 3 : sum;
+        census->bounced_ppm += llround(1e6 * b / (1 + b));
+    }
+}
+
+static enum status add_strips(struct harvest *h, const struct gathering *g, const struct viewing *v,
+                              const struct radiance *map, pixel_box box, struct error *err)
+{
+    struct strip s;
+    struct shot_residuals residuals = {0};
+    struct sample_block block = {0};
+    enum status status = STATUS_OK;
+    for (s.y = box.y0; s.y < box.y1 && !status; s.y++)
+        for (s.x0 = box.x0 / LANES * LANES; s.x0 < box.x1 && !status; s.x0 += LANES) {
+            s.from = s.x0 < box.x0 ? box.x0 - s.x0 : 0;
+            s.to = s.x0 + LANES > box.x1 ? box.x1 - s.x0 : LANES;
+            rec_strip_make(&s, v, map);
+            count_fates(&h->census, &s);
+            if (!rec_strip_any(&s))
+                continue;
+            status = rec_shot_add(&h->shot, &s, err);
+            if (!status && (g->samples || g->consensus))
+                status = look_closer(&s, &residuals, &block, g, v->view->name, err);
+        }
+    if (!status && g->samples)
+        status = rec_samples_flush(g->samples, &block, v->view->name, err);
+    rec_residuals_end_shot(&h->census.residuals, &residuals);
+    free(block.row);
+    return status;
+}
+
+static enum status add_shot(struct harvest *h, const struct gathering *g, int view,
+                            struct error *err)
 {
     const struct calibration *c = g->calibration;
     struct viewing v = rec_viewing(c, view, &g->lens[c->view[view].camera], g->board);
     struct radiance map = {0};
+    struct bounce_map bounce = {0};
     enum status status = read_map(&map, g, &v, err);
     if (status)
         return status;
     pixel_box box = rec_sample_box(&v);
-    struct bounce_map bounce = {0};
-    struct shot_residuals residuals = {0};
-    struct sample_block block = {0};
     status = rec_bounce_make(&bounce, c, view, &v, box, err);
     v.bounce = &bounce;
     v.consensus = g->consensus;
     v.bounce_scatter = g->consensus ? g->consensus->bounce_scatter : 0;
-    int64_t used = census->photosites[FATE_USED];
-    for (int y = box.y0; y < box.y1 && !status; y++)
-        for (int x = box.x0; x < box.x1 && !status; x++) {
-            reflectance_sample sample;
-            bool hit;
-            enum fate fate = rec_sample_at(&sample, &v, &map, x, y, &hit);
-            census->photosites[fate] += hit;
-            if (fate != FATE_USED)
-                continue;
-            double b = rec_mean_bounced(&sample);
-            census->bounced_ppm += llround(1e6 * b / (1 + b));
-            rec_residual_add(&residuals, &sample, &c->sample);
-            status = rec_tally_add(tally, &sample, err);
-            if (!status && g->samples)
-                status = rec_samples_put(g->samples, &block, v.view->name, &sample, x, y, err);
-        }
-    if (!status && g->samples)
-        status = rec_samples_flush(g->samples, &block, v.view->name, err);
-    free(block.row);
-    if (census->photosites[FATE_USED] == used)
+    int64_t used = h->census.photosites[FATE_USED];
+    if (!status)
+        status = add_strips(h, g, &v, &map, box, err);
+    enum status ended = rec_shot_end(&h->shot, &h->tally, err);
+    if (h->census.photosites[FATE_USED] == used)
         cap_warn(g->run, "shot %s: no photosite shows lit sample", v.view->name);
-    census->shots++;
-    rec_residuals_end_shot(&census->residuals, &residuals);
+    h->census.shots++;
     rec_bounce_free(&bounce);
     cap_radiance_free(&map);
-    return status;
+    return status ? status : ended;
 }
 
 static void note_failure(struct gathering *g, enum status status, const struct error *err)
@@ -132,29 +176,29 @@ static void gather_shots(struct tally *total, struct census *census, struct gath
 {
 #pragma omp parallel num_threads(g->run->threads)
     {
-        struct tally mine = {0};
-        struct census seen = {0};
+        struct harvest mine = {0};
         struct error err = {0};
-        enum status status = rec_tally_begin(&mine, &err);
+        enum status status = rec_tally_begin(&mine.tally, &err);
 #pragma omp for schedule(dynamic)
         for (int k = 0; k < g->calibration->views; k++) {
             if (!status && cap_ours(g->run, k)) {
-                status = add_shot(&mine, &seen, g, k, &err);
+                status = add_shot(&mine, g, k, &err);
                 cap_step(g->run);
             }
         }
 #pragma omp critical(tally)
         {
-            rec_census_add(census, &seen);
+            rec_census_add(census, &mine.census);
             if (!status && !total->slot) {
-                *total = mine;
-                mine = (struct tally){0};
+                *total = mine.tally;
+                mine.tally = (struct tally){0};
             } else if (!status) {
-                status = rec_tally_merge(total, &mine, &err);
+                status = rec_tally_merge(total, &mine.tally, &err);
             }
         }
         note_failure(g, status, &err);
-        rec_tally_free(&mine);
+        rec_tally_free(&mine.tally);
+        rec_shot_free(&mine.shot);
     }
 }
 

@@ -24,7 +24,7 @@ static void continue_line(double (*node)[2], ptrdiff_t stride, int count)
 // Spans between nodes that cover `size` pixels: at least two, for the continuation.
 static int spans(int size)
 {
-    int n = (size - 1 + LENS_STEP - 1) / LENS_STEP;
+    int n = (size - 1) / LENS_STEP + 1;
     return n < 2 ? 2 : n;
 }
 
@@ -69,33 +69,82 @@ static void cubic(double t, double weight[4], double slope[4])
     slope[3] = 0.5 * (-2 * t + 3 * t2);
 }
 
-// The first of the four nodes around x, and x's place between the middle two.
-static int span_of(double x, int nodes, double *t)
+/** Nodes of one row of pixels: the columns' cubics taken at y, and their slopes there. */
+struct node_row {
+    double at[2][LANES / LENS_STEP + 3], by_v[2][LANES / LENS_STEP + 3];
+};
+
+static void collapse(struct node_row *to, const struct lens_table *table, int first, int nodes,
+                     int y)
 {
-    double s = x / LENS_STEP;
-    int i = (int)floor(s);
-    i = i < 0 ? 0 : i > nodes - 4 ? nodes - 4 : i;
-    *t = s - i;
-    return i;
+    double weight[4], slope[4];
+    int j = y / LENS_STEP < table->rows - 4 ? y / LENS_STEP : table->rows - 4;
+    cubic((double)y / LENS_STEP - j, weight, slope);
+    const double(*node)[2] = (const double(*)[2])table->node + (size_t)j * (size_t)table->columns;
+    for (int i = 0; i < nodes; i++)
+        for (int k = 0; k < 2; k++) {
+            double at = 0, by_v = 0;
+            for (int b = 0; b < 4; b++) {
+                at += weight[b] * node[(size_t)b * (size_t)table->columns + first + i][k];
+                by_v += slope[b] * node[(size_t)b * (size_t)table->columns + first + i][k];
+            }
+            to->at[k][i] = at;
+            to->by_v[k][i] = by_v / LENS_STEP;
+        }
 }
 
-void rec_lens_at(const struct lens_table *table, double u, double v, double at[2], double by_u[2],
-                 double by_v[2])
+/** Weights of the pixels between two nodes, [node][pixel]. */
+struct span_weights {
+    double at[4][LENS_STEP], by_u[4][LENS_STEP];
+};
+
+WIDE static void spread(struct lens_row *row, const struct node_row *nodes, int from,
+                        const struct span_weights *w)
 {
-    double wu[4], su[4], wv[4], sv[4], t;
-    int i = span_of(u, table->columns, &t);
-    cubic(t, wu, su);
-    int j = span_of(v, table->rows, &t);
-    cubic(t, wv, sv);
-    at[0] = at[1] = by_u[0] = by_u[1] = by_v[0] = by_v[1] = 0;
-    for (int b = 0; b < 4; b++) {
-        const double(*row)[2] =
-            (const double(*)[2])(table->node + (size_t)(j + b) * (size_t)table->columns + i);
-        for (int a = 0; a < 4; a++)
-            for (int k = 0; k < 2; k++) {
-                at[k] += wu[a] * wv[b] * row[a][k];
-                by_u[k] += su[a] * wv[b] * row[a][k] / LENS_STEP;
-                by_v[k] += wu[a] * sv[b] * row[a][k] / LENS_STEP;
+    int node = from / LENS_STEP;
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < LENS_STEP; i++) {
+            double at = 0, by_u = 0, by_v = 0;
+            for (int a = 0; a < 4; a++) {
+                at += w->at[a][i] * nodes->at[k][node + a];
+                by_u += w->by_u[a][i] * nodes->at[k][node + a];
+                by_v += w->at[a][i] * nodes->by_v[k][node + a];
             }
+            row->at[k][from + i] = at;
+            row->by_u[k][from + i] = by_u;
+            row->by_v[k][from + i] = by_v;
+        }
+}
+
+static struct span_weights weigh_span(void)
+{
+    struct span_weights w;
+    for (int i = 0; i < LENS_STEP; i++) {
+        double weight[4], slope[4];
+        cubic((double)i / LENS_STEP, weight, slope);
+        for (int a = 0; a < 4; a++) {
+            w.at[a][i] = weight[a];
+            w.by_u[a][i] = slope[a] / LENS_STEP;
+        }
     }
+    return w;
+}
+
+void rec_lens_row(struct lens_row *row, const struct lens_table *table, int x0, int y)
+{
+    assert(x0 % LANES == 0 && x0 >= 0 && y >= 0);
+    int first = x0 / LENS_STEP, spans_left = table->columns - 3 - first;
+    int count = spans_left < LANES / LENS_STEP ? spans_left : LANES / LENS_STEP;
+    assert(count > 0);
+    struct node_row nodes;
+    struct span_weights weights = weigh_span();
+    collapse(&nodes, table, first, count + 3, y);
+    for (int s = 0; s < count; s++)
+        spread(row, &nodes, s * LENS_STEP, &weights);
+    for (int k = 0; k < 2; k++)
+        for (int i = count * LENS_STEP; i < LANES; i++) {
+            row->at[k][i] = row->at[k][i - 1];
+            row->by_u[k][i] = row->by_u[k][i - 1];
+            row->by_v[k][i] = row->by_v[k][i - 1];
+        }
 }

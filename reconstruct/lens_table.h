@@ -2,7 +2,7 @@
 #ifndef GONIOCAM_LENS_TABLE_H
 #define GONIOCAM_LENS_TABLE_H
 
-#include "calib.h"
+#include "lanes.h"
 
 /** Undistorted image coordinates (x/z, y/z in the camera's frame) at every LENS_STEP-th pixel.
  *  Owns node; {0} is empty; release with rec_lens_free(). */
@@ -14,9 +14,13 @@ struct lens_table {
 /** STATUS_MEMORY. */
 enum status rec_lens_make(struct lens_table *table, const struct camera *camera, struct error *err);
 void rec_lens_free(struct lens_table *table);
-/** (x/z, y/z) at a pixel, and its derivatives by the pixel's x and y. Requires the pixel to lie
- *  within one pixel of the image. */
-void rec_lens_at(const struct lens_table *table, double u, double v, double at[2], double by_u[2],
-                 double by_v[2]);
+
+/** (x/z, y/z) of photosites beside each other, and its derivatives by the pixel's x and y. */
+struct lens_row {
+    double at[2][LANES], by_u[2][LANES], by_v[2][LANES];
+};
+/** The photosites (x0 + i, y), i < LANES. Requires x0 to be a multiple of LANES, and the first to
+ *  lie in the image; beyond the image's end the last one is repeated. */
+void rec_lens_row(struct lens_row *row, const struct lens_table *table, int x0, int y);
 
 #endif

@@ -7,88 +7,116 @@
  * by d (n.c)/(n.d); the normal turns by the part of d (n.c)/(n.d) - c in which the surface is
  * curved, over the radius.
  */
-#include "sample_errors.h"
+#include "strip.h"
 
-static double square(double x)
+/** Standard deviations that all photosites of a view share, squared. */
+struct shared_sigmas {
+    vec3 center, lamp;  // per axis; lamp: of its position, mm, or of its direction
+    double shake, radius, dimming;
+    vec3 axis;   // of a cylinder: along it the surface is flat; else 0
+    double far;  // 1 for a lamp at infinity, else 0
+};
+
+static vec3 squares(const double sigma[3])
 {
-    return x * x;
+    return (vec3){sigma[0] * sigma[0], sigma[1] * sigma[1], sigma[2] * sigma[2]};
 }
 
-// Variance of g.x where the parts of x have these sigmas.
-static double variance(vec3 g, const double sigma[3])
+static struct shared_sigmas sigmas_of(const struct viewing *v)
 {
-    return square(g.x * sigma[0]) + square(g.y * sigma[1]) + square(g.z * sigma[2]);
+    bool cylinder = v->sample->shape == SHAPE_CYLINDER, near = !v->lamp->at_infinity;
+    return (struct shared_sigmas){
+        .center = squares(v->sample->sigma_center),
+        .lamp = squares(near ? v->lamp->sigma_position : v->lamp->sigma_direction),
+        .shake = v->shake * v->shake,
+        .radius = v->sample->sigma_radius * v->sample->sigma_radius,
+        .dimming = v->dimming * v->dimming,
+        .axis = cylinder ? vec3_normalize(v->sample->axis) : (vec3){0, 0, 0},
+        .far = near ? 0 : 1,
+    };
 }
 
 // What is left of a vector where the surface curves: all on a sphere, nothing along a cylinder.
-static vec3 curved(const struct sample *s, vec3 w)
+static inline vec3 curved(vec3 axis, vec3 w)
 {
-    if (s->shape != SHAPE_CYLINDER)
-        return w;
-    vec3 axis = vec3_normalize(s->axis);
     return vec3_sub(w, vec3_scale(axis, vec3_dot(w, axis)));
 }
 
-// Gradient of w.n by the sample's centre.
-static vec3 by_center(const struct sample *s, vec3 w, vec3 n, vec3 d)
+/** Derivatives of a quantity by the sample's centre and radius. */
+typedef struct {
+    vec3 center;
+    double radius;
+} place_slope;
+
+// Of w.n: as the point slides along the ray d by d/(n.d) for a step along n, n' follows.
+static inline place_slope slope_of(vec3 w, vec3 n, vec3 d, double n_d, double curvature, vec3 axis)
 {
-    vec3 c = curved(s, w);
-    vec3 g = vec3_sub(vec3_scale(n, vec3_dot(c, d) / vec3_dot(n, d)), c);
-    return vec3_scale(g, 1 / s->radius);
+    vec3 c = curved(axis, w);
+    double slide = vec3_dot(c, d) / n_d;
+    return (place_slope){
+        .center = vec3_scale(vec3_sub(vec3_scale(n, slide), c), curvature),
+        .radius = curvature * (slide - vec3_dot(c, n)),
+    };
 }
 
-// Derivative of w.n by the radius: the point slides by d/(n.d), n' = n + (slide - n)/R.
-static double by_radius(const struct sample *s, vec3 w, vec3 n, vec3 d)
+static inline double variance(vec3 g, vec3 squares_of_sigma)
 {
-    vec3 c = curved(s, w);
-    return (vec3_dot(c, d) / vec3_dot(n, d) - vec3_dot(c, n)) / s->radius;
+    return g.x * g.x * squares_of_sigma.x + g.y * g.y * squares_of_sigma.y
+           + g.z * g.z * squares_of_sigma.z;
 }
 
-// Variance of a quantity with these derivatives by the sample's place: centre, ray and radius.
-static double place_variance(const struct viewing *v, vec3 center, double radius)
+static inline double place_variance(const struct shared_sigmas *s, place_slope g)
 {
-    return variance(center, v->sample->sigma_center) + square(v->shake) * vec3_dot(center, center)
-           + square(radius * v->sample->sigma_radius);
+    return variance(g.center, s->center) + s->shake * vec3_dot(g.center, g.center)
+           + g.radius * g.radius * s->radius;
 }
 
-// Gradient of ln(cos(theta_i)/r^2) by the lamp's position; none for a lamp at infinity.
-static vec3 by_lamp(const struct viewing *v, const footprint *a, double cos_i)
+// Of ln(cos(theta_i)/r^2), and the lamp's strength.
+static inline double systematic_variance(const struct shared_sigmas *s, vec3 n, vec3 wi, vec3 d,
+                                         double near, double curvature)
 {
-    if (v->lamp->at_infinity)
-        return (vec3){0, 0, 0};
-    vec3 g = vec3_sub(vec3_scale(a->normal, 1 / cos_i), vec3_scale(a->wi, 3));
-    return vec3_scale(g, 1 / a->distance);
-}
-
-static double systematic(const struct viewing *v, const footprint *a)
-{
-    vec3 n = a->normal, d = vec3_scale(a->wo, -1);
-    double cos_i = vec3_dot(n, a->wi), n_d = vec3_dot(n, d);
-    vec3 lamp = by_lamp(v, a, cos_i);
+    double cos_i = vec3_dot(n, wi), n_d = vec3_dot(n, d);
+    // By the lamp's position; none for a lamp at infinity, where near, 1 / its distance, is 0.
+    vec3 lamp = vec3_scale(vec3_sub(vec3_scale(n, 1 / cos_i), vec3_scale(wi, 3)), near);
     // The point nears the lamp as it slides: the lamp's gradient, backwards, along d/(n.d).
-    double near = -vec3_dot(lamp, d) / n_d;
-    vec3 center =
-        vec3_add(vec3_scale(by_center(v->sample, a->wi, n, d), 1 / cos_i), vec3_scale(n, near));
-    double radius = by_radius(v->sample, a->wi, n, d) / cos_i + near;
-    double lamp_variance = v->lamp->at_infinity
-                               ? variance(n, v->lamp->sigma_direction) / square(cos_i)
-                               : variance(lamp, v->lamp->sigma_position);
-    return sqrt(place_variance(v, center, radius) + lamp_variance + square(v->dimming));
+    double nearer = -vec3_dot(lamp, d) / n_d;
+    place_slope g = slope_of(wi, n, d, n_d, curvature, s->axis);
+    g.center = vec3_add(vec3_scale(g.center, 1 / cos_i), vec3_scale(n, nearer));
+    g.radius = g.radius / cos_i + nearer;
+    vec3 by_lamp = vec3_add(lamp, vec3_scale(n, s->far / cos_i));
+    return place_variance(s, g) + variance(by_lamp, s->lamp) + s->dimming;
 }
 
 // theta_h turns as n does along h's tangent; where h is n, along any.
-static double tilt(const struct viewing *v, const footprint *a)
+static inline double tilt_variance(const struct shared_sigmas *s, vec3 n, vec3 wi, vec3 d,
+                                   double curvature)
 {
-    vec3 n = a->normal, d = vec3_scale(a->wo, -1), h = vec3_normalize(vec3_add(a->wi, a->wo));
-    vec3 out = vec3_sub(h, vec3_scale(n, vec3_dot(h, n)));
-    if (vec3_length(out) < 1e-9)
-        out = vec3_cross(n, fabs(n.x) < 0.7 ? (vec3){1, 0, 0} : (vec3){0, 1, 0});
-    vec3 tangent = vec3_normalize(out);
-    return sqrt(place_variance(v, by_center(v->sample, tangent, n, d),
-                               by_radius(v->sample, tangent, n, d)));
+    vec3 h = vec3_sub(wi, d), out = vec3_sub(h, vec3_scale(n, vec3_dot(h, n)));
+    bool level = vec3_dot(out, out) < 1e-18, turned = n.x * n.x < 0.5;
+    double x = turned ? 0 : -n.z, y = turned ? n.z : 0, z = turned ? -n.y : n.x;
+    x = level ? x : out.x;
+    y = level ? y : out.y;
+    z = level ? z : out.z;
+    double scale = 1 / sqrt(x * x + y * y + z * z);
+    vec3 tangent = {x * scale, y * scale, z * scale};
+    return place_variance(s, slope_of(tangent, n, d, vec3_dot(n, d), curvature, s->axis));
 }
 
-shared_errors rec_shared_errors(const struct viewing *viewing, const footprint *spot)
+WIDE static void take_errors(struct strip *strip, const struct shared_sigmas *shared)
 {
-    return (shared_errors){systematic(viewing, spot), tilt(viewing, spot)};
+    const struct shared_sigmas s = *shared;
+    for (int i = 0; i < LANES; i++) {
+        vec3 n = {strip->normal.x[i], strip->normal.y[i], strip->normal.z[i]};
+        vec3 wi = {strip->wi.x[i], strip->wi.y[i], strip->wi.z[i]};
+        vec3 d = {-strip->wo.x[i], -strip->wo.y[i], -strip->wo.z[i]};
+        double near = 1 / strip->distance[i], curvature = strip->curvature[i];
+        strip->systematic[i] = sqrt(systematic_variance(&s, n, wi, d, near, curvature));
+        strip->tilt[i] = sqrt(tilt_variance(&s, n, wi, d, curvature));
+    }
+}
+
+void rec_strip_errors(struct strip *strip, const struct viewing *viewing)
+{
+    struct shared_sigmas shared = sigmas_of(viewing);
+    take_errors(strip, &shared);
 }

@@ -37,9 +37,6 @@ typedef struct {
     double residual;             // f over what its neighbours say, less 1; NAN: they say nothing
 } reflectance_sample;
 
-/** bounced, mean of the measured channels. */
-double rec_mean_bounced(const reflectance_sample *sample);
-
 /** All that a photosite needs to know of its shot. Borrows everything. */
 struct viewing {
     const struct camera *camera;
@@ -73,10 +70,5 @@ typedef struct {
     int x0, y0, x1, y1;
 } pixel_box;
 pixel_box rec_sample_box(const struct viewing *viewing);
-
-/** The sample at a photosite. *sample is set where FATE_USED is returned; hit tells whether the
- *  ray meets the sample at all. */
-enum fate rec_sample_at(reflectance_sample *sample, const struct viewing *viewing,
-                        const struct radiance *map, int x, int y, bool *hit);
 
 #endif

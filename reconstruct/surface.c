@@ -1,5 +1,7 @@
 /* surface.c -- rays against a sphere and a cylinder: the nearer root of a quadratic.
  *
+ * Method.   A sphere is a cylinder without an axis: what lies along the axis is taken off the ray
+ *           and the eye, nothing of a sphere's.
  * Accuracy. q, the discriminant, is a difference of numbers near |eye - center|^2: at a metre its
  *           rounding is 1e-10 mm^2, far below what a photosite spans at the outline.
  */
@@ -7,47 +9,66 @@
 
 #include <assert.h>
 
-static meeting meet_sphere(const struct sample *s, vec3 eye, vec3 d)
+/** A sphere or cylinder seen from an eye. The caps of a cylinder are not sample, and what enters
+ *  through one has not met it. */
+struct round_body {
+    vec3 axis;               // unit; 0 for a sphere
+    vec3 center, m;          // m: from the center to the eye
+    vec3 mp;                 // m without what lies along the axis
+    double curvature, half;  // 1 / radius; half of the height, or infinity
+    double c;                // |mp|^2 - radius^2
+};
+
+static struct round_body body_of(const struct sample *s, vec3 eye)
 {
-    vec3 m = vec3_sub(eye, s->center);
-    double b = vec3_dot(d, m);
-    double q = b * b - (vec3_dot(m, m) - s->radius * s->radius);
-    if (!(q > 0) || b > 0)
-        return (meeting){.depth = b > 0 ? -1 : q};
-    vec3 out = vec3_add(m, vec3_scale(d, -b - sqrt(q)));  // from the center
-    return (meeting){.hit = true,
-                     .point = vec3_add(s->center, out),
-                     .normal = vec3_scale(out, 1 / s->radius),
-                     .depth = q};
+    bool cylinder = s->shape == SHAPE_CYLINDER;
+    struct round_body b = {
+        .center = s->center, .m = vec3_sub(eye, s->center), .curvature = 1 / s->radius};
+    if (cylinder)
+        b.axis = vec3_normalize(s->axis);
+    b.half = cylinder ? s->height / 2 : INFINITY;
+    b.mp = vec3_sub(b.m, vec3_scale(b.axis, vec3_dot(b.m, b.axis)));
+    b.c = vec3_dot(b.mp, b.mp) - s->radius * s->radius;
+    return b;
 }
 
-static vec3 across(vec3 v, vec3 axis)
+WIDE static void meet_round(struct meetings *to, const struct round_body *of, const vec3_lanes *d,
+                            int count)
 {
-    return vec3_sub(v, vec3_scale(axis, vec3_dot(v, axis)));
+    const struct round_body b = *of;
+    for (int i = 0; i < count; i++) {
+        double dx = d->x[i], dy = d->y[i], dz = d->z[i];
+        double along = dx * b.axis.x + dy * b.axis.y + dz * b.axis.z;
+        double px = dx - along * b.axis.x, py = dy - along * b.axis.y, pz = dz - along * b.axis.z;
+        double a = px * px + py * py + pz * pz;
+        double slope = px * b.mp.x + py * b.mp.y + pz * b.mp.z;
+        double q = slope * slope - a * b.c;
+        double s = (-slope - sqrt(q > 0 ? q : 0)) / (a > 0 ? a : 1);
+        double x = b.m.x + s * dx, y = b.m.y + s * dy, z = b.m.z + s * dz;
+        double up = x * b.axis.x + y * b.axis.y + z * b.axis.z;
+        to->hit[i] = (q > 0) & (slope <= 0) & (a > 0) & (up <= b.half) & (-up <= b.half) ? 1 : 0;
+        to->point.x[i] = b.center.x + x;
+        to->point.y[i] = b.center.y + y;
+        to->point.z[i] = b.center.z + z;
+        to->normal.x[i] = (x - up * b.axis.x) * b.curvature;
+        to->normal.y[i] = (y - up * b.axis.y) * b.curvature;
+        to->normal.z[i] = (z - up * b.axis.z) * b.curvature;
+    }
 }
 
-// The curved side only: the caps are not sample, and what enters through one has not met it.
-static meeting meet_cylinder(const struct sample *s, vec3 eye, vec3 d)
+void rec_meet_all(struct meetings *m, const struct sample *sample, vec3 eye, const vec3_lanes *ray,
+                  int count)
 {
-    vec3 axis = vec3_normalize(s->axis), m = vec3_sub(eye, s->center);
-    vec3 dp = across(d, axis), mp = across(m, axis);
-    double a = vec3_dot(dp, dp), b = vec3_dot(dp, mp);
-    double q = b * b - a * (vec3_dot(mp, mp) - s->radius * s->radius);
-    if (!(q > 0) || b > 0 || !(a > 0))
-        return (meeting){.depth = b > 0 ? -1 : q};
-    vec3 out = vec3_add(m, vec3_scale(d, (-b - sqrt(q)) / a));
-    double along = vec3_dot(out, axis);
-    if (fabs(along) > s->height / 2)
-        return (meeting){.depth = -1};
-    return (meeting){.hit = true,
-                     .point = vec3_add(s->center, out),
-                     .normal = vec3_scale(across(out, axis), 1 / s->radius),
-                     .depth = q};
+    assert(sample->shape == SHAPE_SPHERE || sample->shape == SHAPE_CYLINDER);
+    struct round_body body = body_of(sample, eye);
+    meet_round(m, &body, ray, count);
 }
 
 meeting rec_meet(const struct sample *sample, vec3 eye, vec3 direction)
 {
-    assert(sample->shape == SHAPE_SPHERE || sample->shape == SHAPE_CYLINDER);
-    return sample->shape == SHAPE_SPHERE ? meet_sphere(sample, eye, direction)
-                                         : meet_cylinder(sample, eye, direction);
+    struct meetings m;
+    vec3_lanes ray;
+    rec_lane_set(&ray, 0, direction);
+    rec_meet_all(&m, sample, eye, &ray, 1);
+    return (meeting){m.hit[0] > 0, rec_lane(&m.point, 0), rec_lane(&m.normal, 0)};
 }

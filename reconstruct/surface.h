@@ -1,18 +1,26 @@
-/* surface.h -- where a ray meets the sample, in closed form. */
+/* surface.h -- where rays meet the sample, in closed form. */
 #ifndef GONIOCAM_SURFACE_H
 #define GONIOCAM_SURFACE_H
 
-#include "calib.h"
+#include "lanes.h"
 
 /** A ray's first meeting with the sample. */
 typedef struct {
     bool hit;
     vec3 point, normal;  // where hit; the normal is outward and unit
-    double depth;        // > 0 where the ray's line cuts the surface: falls to 0 at the outline,
-                         // smoothly and linearly in the pixel
 } meeting;
 
 /** The ray eye + s direction (unit). Requires the eye outside the sample. */
 meeting rec_meet(const struct sample *sample, vec3 eye, vec3 direction);
+
+/** Meetings of rays from one eye. Where a ray misses, point and normal are numbers without
+ *  meaning. */
+struct meetings {
+    vec3_lanes point, normal;
+    double hit[LANES];  // 1 or 0
+};
+/** The first `count` rays. */
+void rec_meet_all(struct meetings *m, const struct sample *sample, vec3 eye, const vec3_lanes *ray,
+                  int count);
 
 #endif

@@ -153,9 +153,9 @@ enum status rec_team_tell_consensus(struct consensus *consensus, struct fit *fit
     tell(model, sizeof model);
     fit->model = rec_model_find(model);
     c.fit = fit;
-    bool ok = tell_array((void **)&c.middle, MERL_BINS, sizeof *c.middle);
-    ok = tell_array((void **)&c.scale, MERL_BINS, sizeof *c.scale) && ok;
-    ok = tell_array((void **)&c.rest, MERL_BINS, sizeof *c.rest) && ok;
+    tell(&c.bins, sizeof c.bins);
+    bool ok = tell_array((void **)&c.slot, MERL_BINS, sizeof *c.slot);
+    ok = tell_array((void **)&c.say, (size_t)c.bins, sizeof *c.say) && ok;
     *consensus = c;
     return rec_team_agree(
         ok ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "no memory for the bins' neighbours"), err);

@@ -7,6 +7,7 @@
 #include "bounce_map.h"
 #include "consensus.h"
 #include "near.h"
+#include "surface.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -102,13 +103,13 @@ static void test_a_sheet_lights_a_ball(void **state)
                      STATUS_OK);
     for (int y = map.box.y0; y < map.box.y1; y++)
         for (int x = map.box.x0; x < map.box.x1; x++) {
-            footprint a;
+            sight a;
             double radiance[3], irradiance, pixel[2] = {x, y};
             vec3 ray = mat3_mul_t(&v.view_from_world, cal_ray(&s->camera, pixel));
             meeting m = rec_meet(v.sample, v.eye, ray);
             if (!m.hit || !lambert_irradiance(m.point, m.normal, &irradiance))
                 continue;
-            a = (footprint){.point = m.point, .normal = m.normal, .wo = vec3_scale(ray, -1)};
+            a = (sight){.point = m.point, .normal = m.normal, .wo = vec3_scale(ray, -1)};
             rec_bounce_at(&map, &a, x, y, radiance);
             double due = 0.6 / CAP_PI * irradiance * 1.25 * 0.8;
             assert_near(radiance[0], due, 0.01 * due);
@@ -128,7 +129,7 @@ static void test_no_surroundings_no_light(void **state)
     struct scene *s = make_scene();
     struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
     struct bounce_map map;
-    footprint a = {.point = {0, -25, 60}, .normal = {0, -1, 0}, .wo = {0, -1, 0}};
+    sight a = {.point = {0, -25, 60}, .normal = {0, -1, 0}, .wo = {0, -1, 0}};
     double radiance[3] = {1, 1, 1};
     s->calibration.surroundings.strength = 0;  // direct light alone, as the night side told
     v.consensus = &s->known;

@@ -3,8 +3,8 @@
  * The scene is made here: a pinhole without distortion, a sphere, a lamp. A pixel is the mean of
  * f cos(theta_i)/r^2 over its square by the midpoint rule in 24 x 24 points.
  */
-#include "footprint.h"
 #include "near.h"
+#include "sample_at.h"
 
 #include <stdlib.h>
 
@@ -132,7 +132,7 @@ static void test_lambert_comes_back(void **state)
         for (int x = 0; x < WIDTH; x++) {
             reflectance_sample a;
             bool hit;
-            if (rec_sample_at(&a, &v, &s->map, x, y, &hit))
+            if (sample_at(&a, &v, &s->map, x, y, &hit))
                 continue;
             vec3 wi, wo;
             rec_directions(a.angles, &wi, &wo);
@@ -158,7 +158,7 @@ static void test_gloss_comes_back_to_its_bend(void **state)
         for (int x = 0; x < WIDTH; x++) {
             reflectance_sample a;
             bool hit;
-            if (rec_sample_at(&a, &v, &s->map, x, y, &hit))
+            if (sample_at(&a, &v, &s->map, x, y, &hit))
                 continue;
             vec3 wi, wo;
             double f[3];
@@ -185,7 +185,7 @@ static void test_fates(void **state)
         for (int x = 0; x < WIDTH; x++) {
             reflectance_sample a;
             bool hit;
-            enum fate fate = rec_sample_at(&a, &v, &s->map, x, y, &hit);
+            enum fate fate = sample_at(&a, &v, &s->map, x, y, &hit);
             hits += hit;
             count[fate] += hit;
         }
@@ -207,10 +207,10 @@ static void test_fates(void **state)
 static double log_irradiance(struct scene *s, int x, int y)
 {
     struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
-    footprint a;
-    bool hit;
-    assert_int_equal(rec_footprint(&a, &v, x, y, &hit), FATE_USED);
-    return log(a.irradiance);
+    struct strip strip = strip_at(x, y);
+    rec_strip_footprints(&strip, &v);
+    assert_int_equal(strip.fate[x % LANES], FATE_USED);
+    return log(strip.irradiance[x % LANES]);
 }
 
 static double systematic(struct scene *s, int x, int y)
@@ -218,7 +218,7 @@ static double systematic(struct scene *s, int x, int y)
     struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
     reflectance_sample a;
     bool hit;
-    assert_int_equal(rec_sample_at(&a, &v, &s->map, x, y, &hit), FATE_USED);
+    assert_int_equal(sample_at(&a, &v, &s->map, x, y, &hit), FATE_USED);
     return a.systematic;
 }
 
@@ -265,9 +265,9 @@ static void test_the_board_hides_what_is_behind_it(void **state)
     reflectance_sample a;
     bool hit;
     struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, &before);
-    assert_int_equal(rec_sample_at(&a, &v, &s->map, 50, 40, &hit), FATE_OCCLUDED);
+    assert_int_equal(sample_at(&a, &v, &s->map, 50, 40, &hit), FATE_OCCLUDED);
     v = rec_viewing(&s->calibration, 0, &s->lens, &beside);
-    assert_int_equal(rec_sample_at(&a, &v, &s->map, 50, 40, &hit), FATE_USED);
+    assert_int_equal(sample_at(&a, &v, &s->map, 50, 40, &hit), FATE_USED);
     free_scene(s);
 }
 

@@ -2,8 +2,7 @@
  *
  *     build/release/tests/bench_samples [WIDTH]        a frame WIDTH x 2/3 WIDTH, default 3000
  */
-#include "bins.h"
-#include "footprint.h"
+#include "shot_bins.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -28,19 +27,22 @@ static void fill(struct radiance *map)
 }
 
 // One pass over the frame; the samples that were used.
-static int64_t pass(struct tally *tally, const struct viewing *v, const struct radiance *map)
+static int64_t pass(struct tally *tally, struct shot_bins *shot, const struct viewing *v,
+                    const struct radiance *map)
 {
     pixel_box box = rec_sample_box(v);
     int64_t used = 0;
-    for (int y = box.y0; y < box.y1; y++)
-        for (int x = box.x0; x < box.x1; x++) {
-            reflectance_sample s;
-            bool hit;
-            if (rec_sample_at(&s, v, map, x, y, &hit) == FATE_USED
-                && rec_tally_add(tally, &s, NULL) == STATUS_OK)
-                used++;
+    struct strip s = {.from = 0, .to = LANES};
+    for (s.y = box.y0; s.y < box.y1; s.y++)
+        for (s.x0 = box.x0 / LANES * LANES; s.x0 < box.x1; s.x0 += LANES) {
+            s.to = map->width - s.x0 < LANES ? map->width - s.x0 : LANES;
+            rec_strip_make(&s, v, map);
+            for (int i = 0; i < LANES; i++)
+                used += s.fate[i] == FATE_USED;
+            if (rec_strip_any(&s) && rec_shot_add(shot, &s, NULL))
+                return 0;
         }
-    return used;
+    return rec_shot_end(shot, tally, NULL) ? 0 : used;
 }
 
 int main(int argc, char **argv)
@@ -65,6 +67,7 @@ int main(int argc, char **argv)
     struct radiance map = {.width = camera.width, .height = camera.height, .channels = 3};
     struct lens_table lens;
     struct tally tally;
+    struct shot_bins shot = {0};
     fill(&map);
     if (!map.value || !map.variance || rec_lens_make(&lens, &camera, NULL)
         || rec_tally_begin(&tally, NULL))
@@ -74,12 +77,13 @@ int main(int argc, char **argv)
     int64_t used = 0;
     for (int k = 0; k < 3; k++) {
         double began = now();
-        used = pass(&tally, &v, &map);
+        used = pass(&tally, &shot, &v, &map);
         double seconds = now() - began;
         best = seconds < best ? seconds : best;
     }
     printf("%lld samples in %.3f s: %.2f million a second on one core\n", (long long)used, best,
            1e-6 * (double)used / best);
+    rec_shot_free(&shot);
     rec_tally_free(&tally);
     rec_lens_free(&lens);
     cap_radiance_free(&map);

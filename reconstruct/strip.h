@@ -1,0 +1,51 @@
+/* strip.h -- photosites of a row on their way to samples, side by side. */
+#ifndef GONIOCAM_STRIP_H
+#define GONIOCAM_STRIP_H
+
+#include "lens_table.h"
+#include "samples.h"
+#include "surface.h"
+
+/** The photosites (x0 + i, y), i < LANES; those outside [from, to) are no business of this strip.
+ *  x0 is a multiple of LANES. Vectors are in the world; what the photosite averages is so weighted
+ *  by irradiance (footprint.c). */
+struct strip {
+    int x0, y, from, to;
+    bool hit[LANES];        // the centre's ray meets the sample
+    enum fate fate[LANES];  // all that follows has a meaning where this is FATE_USED
+    vec3_lanes point;       // at the photosite's centre
+    vec3_lanes normal, wi, wo;
+    double distance[LANES];    // from the lamp, mm
+    double irradiance[LANES];  // mean of cos(theta_i) / r^2, or of cos(theta_i)
+    double curvature[LANES];   // of the surface, 1/mm
+    double spread[2][LANES];   // variance of n over the photosite, rad^2: towards h, and across
+    double theta_h[LANES], theta_d[LANES], phi_d[LANES];
+    int bin[LANES];                         // rec_merl_index of these
+    double systematic[LANES], tilt[LANES];  // see reflectance_sample, also for what follows
+    int channel[LANES];
+    double f[3][LANES], noise[3][LANES], bounced[3][LANES];
+    double weight[LANES], residual[LANES];
+};
+
+/** Lanes of a strip that are still in use. */
+static inline bool rec_strip_any(const struct strip *s)
+{
+    for (int i = 0; i < LANES; i++)
+        if (s->fate[i] == FATE_USED)
+            return true;
+    return false;
+}
+
+/** All that a strip's photosites measure: x0, y, from and to say which they are. */
+void rec_strip_make(struct strip *strip, const struct viewing *viewing, const struct radiance *map);
+/** One of them. */
+reflectance_sample rec_strip_sample(const struct strip *strip, int lane);
+
+/** The parts of rec_strip_make. Where photosites lie on the sample: fate, hit, and all up to spread
+ *  (footprint.c); half and difference angles, and bin (strip_angles.c); systematic and tilt
+ *  (sample_errors.c). */
+void rec_strip_footprints(struct strip *strip, const struct viewing *viewing);
+void rec_strip_angles(struct strip *strip);
+void rec_strip_errors(struct strip *strip, const struct viewing *viewing);
+
+#endif

@@ -1,0 +1,93 @@
+/* viewing.c -- a shot, made ready for its photosites: its lamp, its errors, and where it shows the
+ * sample.
+ */
+#include "samples.h"
+
+#define FATE_TEXT(name, text) text,
+const char *const rec_fate_name[FATES] = {FATE_LIST(FATE_TEXT)};
+#undef FATE_TEXT
+
+static double square(double x)
+{
+    return x * x;
+}
+
+struct viewing rec_viewing(const struct calibration *calibration, int view,
+                           const struct lens_table *lens, const struct board_extent *board)
+{
+    const struct view *of = &calibration->view[view];
+    const struct lamp *lamp = &calibration->lamp[of->light];
+    struct viewing v = {
+        .camera = &calibration->camera[of->camera],
+        .view = of,
+        .lamp = lamp,
+        .sample = &calibration->sample,
+        .lens = lens,
+        .board = board,
+        .view_from_world = cal_rotation(of->view_from_world.rotation),
+        .eye = cal_eye(of->view_from_world),
+    };
+    if (!lamp->at_infinity)
+        v.lamp_position = cal_lamp_position(lamp, of->view_from_world);
+    double dimming2 = square(of->sigma_power / of->power);
+    for (int c = 0; c < 3; c++) {
+        v.light[c] = lamp->intensity[c] * of->power;
+        dimming2 += square(lamp->sigma_intensity[c] / lamp->intensity[c]) / 3;
+    }
+    v.dimming = sqrt(dimming2);
+    // The board holds the pose: a camera placed wrong sees the board right, and the sample off by
+    // the parallax between the two, (its height) / (the camera's distance) of the camera's error.
+    double height = fabs(calibration->sample.center.z);
+    double distance = vec3_length(vec3_sub(v.eye, calibration->sample.center));
+    double sigma = sqrt((square(of->sigma_translation[0]) + square(of->sigma_translation[1])
+                         + square(of->sigma_translation[2]))
+                        / 3);
+    v.shake = sigma * fmin(1, height / distance);
+    const struct surroundings *around = &calibration->surroundings;
+    v.bounce_sigma = around->strength > 0 ? around->sigma_strength / around->strength : 0;
+    return v;
+}
+
+// Grow a box by a pixel; false where the point is behind the camera.
+static bool reach(pixel_box *box, const struct viewing *v, vec3 world)
+{
+    vec3 p = cal_to_view(v->view->view_from_world, world);
+    double at[2];
+    if (p.z <= 0)
+        return false;
+    cal_project(v->camera, p, at);
+    double far = 1e6;  // keeps the conversion defined
+    int x = (int)floor(fmax(-far, fmin(far, at[0]))), y = (int)floor(fmax(-far, fmin(far, at[1])));
+    box->x0 = x - 2 < box->x0 ? x - 2 : box->x0;
+    box->y0 = y - 2 < box->y0 ? y - 2 : box->y0;
+    box->x1 = x + 4 > box->x1 ? x + 4 : box->x1;
+    box->y1 = y + 4 > box->y1 ? y + 4 : box->y1;
+    return true;
+}
+
+pixel_box rec_sample_box(const struct viewing *v)
+{
+    const struct sample *s = v->sample;
+    const pixel_box image = {0, 0, v->camera->width, v->camera->height};
+    double bound = s->shape == SHAPE_CYLINDER ? hypot(s->radius, s->height / 2) : s->radius;
+    vec3 to_center = vec3_sub(s->center, v->eye);
+    double distance = vec3_length(to_center);
+    if (distance <= bound)
+        return image;
+    // The circle where rays from the eye touch the bounding sphere, in 64 steps: between two of
+    // them it strays by 0.1 % of its radius, which the margin of a 64th covers.
+    double sine = bound / distance, radius = 1.016 * bound * sqrt(1 - sine * sine);
+    vec3 z = vec3_scale(to_center, 1 / distance);
+    vec3 x = vec3_normalize(vec3_cross(z, fabs(z.x) < 0.7 ? (vec3){1, 0, 0} : (vec3){0, 1, 0}));
+    vec3 y = vec3_cross(z, x), middle = vec3_sub(s->center, vec3_scale(z, bound * sine));
+    pixel_box box = {image.x1, image.y1, 0, 0};
+    for (int k = 0; k < 64; k++) {
+        double a = 2 * CAP_PI * k / 64;
+        vec3 out = vec3_add(vec3_scale(x, radius * cos(a)), vec3_scale(y, radius * sin(a)));
+        if (!reach(&box, v, vec3_add(middle, out)))
+            return image;
+    }
+    return (pixel_box){box.x0 < 0 ? 0 : box.x0, box.y0 < 0 ? 0 : box.y0,
+                       box.x1 > image.x1 ? image.x1 : box.x1,
+                       box.y1 > image.y1 ? image.y1 : box.y1};
+}
