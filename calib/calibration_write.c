@@ -148,6 +148,19 @@ static void write_sample(struct yaml_out *out, const struct sample *s)
     cap_yaml_close(out);
 }
 
+// Views in the order of their names, as people look for them.
+static const struct view *next_by_name(const struct calibration *c, const struct view *last)
+{
+    const struct view *next = NULL;
+    for (int i = 0; i < c->views; i++) {
+        const struct view *v = &c->view[i];
+        if ((!last || strcmp(v->name, last->name) > 0)
+            && (!next || strcmp(v->name, next->name) < 0))
+            next = v;
+    }
+    return next;
+}
+
 enum status cal_calibration_write(const struct calibration *c, const char *path, struct error *err)
 {
     struct yaml_out *out = NULL;
@@ -160,8 +173,8 @@ enum status cal_calibration_write(const struct calibration *c, const char *path,
         write_camera(out, c->camera + i);
     cap_yaml_close(out);
     cap_yaml_list(out, "shots");
-    for (int i = 0; i < c->views; i++)
-        write_view(out, c, c->view + i);
+    for (const struct view *v = next_by_name(c, NULL); v; v = next_by_name(c, v))
+        write_view(out, c, v);
     cap_yaml_close(out);
     cap_yaml_list(out, "lights");
     for (int i = 0; i < c->lamps; i++)

@@ -106,12 +106,14 @@ static void print_json(const struct calibration *c)
     printf("]}\n");
 }
 
-static enum status calibrate(struct calibration *c, const struct capture *capture, const char *out,
+static enum status calibrate(struct calibration *c, struct capture *capture, const char *out,
                              struct run *run, struct error *err)
 {
     bool *usable = calloc((size_t)capture->shots + 1, sizeof *usable);
     char *path = cap_path(out, "calibration.yaml");
     enum status status = usable && path ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%s", out);
+    if (!status)
+        status = cap_capture_settle(capture, run, err);
     if (!status)
         status = cap_merge(capture, out, NULL, usable, run, err);
     if (!status)

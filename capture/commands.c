@@ -46,12 +46,14 @@ static void print_shots(const struct capture *capture)
     }
 }
 
-static enum status merge_all(const struct capture *capture, const char *out, bool json,
-                             struct run *run, struct error *err)
+static enum status merge_all(struct capture *capture, const char *out, bool json, struct run *run,
+                             struct error *err)
 {
     bool *usable = calloc((size_t)capture->shots, sizeof *usable);
-    enum status status = usable ? cap_merge(capture, out, NULL, usable, run, err)
+    enum status status = usable ? cap_capture_settle(capture, run, err)
                                 : cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+    if (!status)
+        status = cap_merge(capture, out, NULL, usable, run, err);
     if (!status)
         print_result(capture, usable, run, out, json);
     free(usable);

@@ -302,6 +302,8 @@ static enum status merge(struct job *j, struct error *err)
 {
     enum status status = cap_capture_read(&j->capture, j->folder, j->run, err);
     if (!status)
+        status = cap_capture_settle(&j->capture, j->run, err);
+    if (!status)
         status = cap_make_folder(j->out, err);
     if (!status) {
         j->usable = calloc((size_t)j->capture.shots + 1, sizeof *j->usable);

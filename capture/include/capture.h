@@ -321,6 +321,9 @@ struct capture {
  *  what is wrong), STATUS_DATA (no exposure time; a photograph under no lamp or two; ...). */
 enum status cap_capture_read(struct capture *capture, const char *folder, struct run *run,
                              struct error *err);
+/** Put shots and photographs in an order of what the files hold, so that what is computed from them
+ *  is the same to the last bit whatever they are called. STATUS_IO, STATUS_MEMORY. */
+enum status cap_capture_settle(struct capture *capture, struct run *run, struct error *err);
 void cap_capture_free(struct capture *capture);
 
 /* ---- radiance --------------------------------------------------------------------------- */
