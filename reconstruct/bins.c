@@ -83,8 +83,13 @@ static void add_sums(struct bin_sums *to, const struct bin_sums *from)
         to->ww_noise[c] += from->ww_noise[c];
         to->w_f_back[c] += from->w_f_back[c];
         to->own_w[c] += from->own_w[c];
-        for (int i = 0; i < 3; i++)
+        to->lent_w[c] += from->lent_w[c];
+        to->lent_w_f[c] += from->lent_w_f[c];
+        to->lent_w_noise[c] += from->lent_w_noise[c];
+        for (int i = 0; i < 3; i++) {
             to->own_w_angle[c][i] += from->own_w_angle[c][i];
+            to->lent_w_angle[c][i] += from->lent_w_angle[c][i];
+        }
         to->ww_noise_back[c] += from->ww_noise_back[c];
         to->w_bounced[c] += from->w_bounced[c];
     }
@@ -146,6 +151,19 @@ static half_diff own_centroid(const struct bin_sums *s, int c, int bin)
     return centroid(w_angle, unfix(weight_of(s, c)), bin);
 }
 
+// A channel that no photosite in the bin measured, from those between whose neighbours it is known.
+// Neighbours share photosites: their noise is taken as one.
+static void finish_lent(struct bin *b, const struct bin_sums *s, int c)
+{
+    double w = unfix(s->lent_w[c]);
+    b->lent[c] = true;
+    b->mean[c] = unfix(s->lent_w_f[c]) / w;
+    b->noise[c] = unfix(s->lent_w_noise[c]) / w;
+    b->sigma[c] = hypot(b->noise[c], b->mean[c] * b->systematic);
+    b->swapped[c] = b->swapped_noise[c] = NAN;
+    b->own[c] = centroid(s->lent_w_angle[c], w, b->index);
+}
+
 static void finish_channel(struct bin *b, const struct bin_sums *s, int c)
 {
     double w = unfix(weight_of(s, c)), back = unfix(s->w_back);
@@ -176,13 +194,19 @@ static struct bin finish_bin(const struct bin_sums *s, int index)
         .spread = {unfix(s->w_spread[0]) / w, unfix(s->w_spread[1]) / w},
     };
     for (int c = 0; c < 3; c++)
-        finish_channel(&b, s, c);
+        if (weight_of(s, c) > 0)
+            finish_channel(&b, s, c);
+        else
+            finish_lent(&b, s, c);
     return b;
 }
 
 static bool in_every_channel(const struct bin_sums *s)
 {
-    return weight_of(s, 0) > 0 && weight_of(s, 1) > 0 && weight_of(s, 2) > 0;
+    bool all = true;
+    for (int c = 0; c < 3; c++)
+        all = all && (weight_of(s, c) > 0 || s->lent_w[c] > 0);
+    return all;
 }
 
 enum status rec_tally_finish(struct bins *bins, const struct tally *tally, struct error *err)

@@ -14,6 +14,8 @@ struct bin_sums {
     fixed128 w_systematic, w_tilt, w_spread[2], w_bounced[3];
     fixed128 w_back, w_f_back[3], ww_noise_back[3];  // samples with phi_d < 0 before it was folded
     fixed128 own_w[3], own_w_angle[3][3];  // of w, w_angle: samples of one channel (a mosaic's)
+    // The same of samples that lend a channel which they did not measure, and what they lend.
+    fixed128 lent_w[3], lent_w_angle[3][3], lent_w_f[3], lent_w_noise[3];  // noise: 1 sigma
 };
 
 /** Sums of the bins met so far: grows with bins, not with samples. {0} is empty. */

@@ -265,6 +265,7 @@ void rec_strip_footprints(struct strip *s, const struct viewing *v)
         look_around(&look, v, &lens);
     for (int i = 0; i < LANES; i++) {
         s->fate[i] = s->hit[i] ? fate_of(&look, center.m.hit[i], center.cos_i[i], i) : FATE_OUTLINE;
+        s->inner[i] = !(look.edge[i] > 0);
         wide = wide || (s->fate[i] == FATE_USED && look.wide[i] > 0);
     }
     if (wide)

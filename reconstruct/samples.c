@@ -39,7 +39,22 @@ struct reading {
 /** Lanes that are no measurement, by cause; 1 or 0. */
 struct failures {
     double saturated[LANES], unusable[LANES];
+    double unlent[LANES];  // another channel of a mosaic is not known here
 };
+
+// The variance of a mosaic's channel c between photosites: capture/ interpolated the value as the
+// mean of those next to it. INFINITY: not all of them tell.
+static float variance_between(const struct radiance *map, int x, int y, int c)
+{
+    float sum = 0, count = 0;
+    for (int j = y > 0 ? y - 1 : 0; j <= y + 1 && j < map->height; j++)
+        for (int i = x > 0 ? x - 1 : 0; i <= x + 1 && i < map->width; i++)
+            if (cap_radiance_channel(map, i, j) == c) {
+                sum += map->variance[3 * ((size_t)j * (size_t)map->width + (size_t)i) + (size_t)c];
+                count++;
+            }
+    return count > 0 ? sum / (count * count) : INFINITY;
+}
 
 static void read_channel(struct reading *to, const struct strip *s, const struct radiance *map,
                          int c)
@@ -50,6 +65,8 @@ static void read_channel(struct reading *to, const struct strip *s, const struct
         to->value[i] = map->value[at];
         to->variance[i] = map->variance[at];
         to->mine[i] = s->channel[i] < 0 || s->channel[i] == c;
+        if (!(to->mine[i] > 0) && s->fate[i] == FATE_USED)
+            to->variance[i] = variance_between(map, x, s->y, c);
     }
 }
 
@@ -72,8 +89,9 @@ WIDE static void take_channel(struct strip *s, struct failures *failed, const st
         bool good = (size < limit) & (noise >= 0) & (noise < limit * limit);
         failed->saturated[i] = mine & (variance > (double)FLT_MAX) ? 1 : failed->saturated[i];
         failed->unusable[i] = mine & !good ? 1 : failed->unusable[i];
-        s->f[c][i] = mine ? f : 0;
-        s->noise[c][i] = mine ? noise : 0;
+        failed->unlent[i] = mine | good ? failed->unlent[i] : 1;
+        s->f[c][i] = f;
+        s->noise[c][i] = noise;
         s->bounced[c][i] = mine & (extra > 0) ? part : 0;
     }
 }
@@ -112,11 +130,16 @@ static void read_strip(struct strip *s, const struct viewing *v, const struct ra
         read_channel(&reading, s, map, c);
         take_channel(s, &failed, &reading, vignetting, c, v->light[c], v->bounce_scatter);
     }
-    for (int i = 0; i < LANES; i++)
+    for (int i = 0; i < LANES; i++) {
+        s->lends[i] = s->channel[i] >= 0 && s->inner[i] && !(failed.unlent[i] > 0);
+        for (int c = 0; c < 3; c++)
+            if (s->channel[i] >= 0 && c != s->channel[i] && !s->lends[i])
+                s->f[c][i] = s->noise[c][i] = 0;
         if (s->fate[i] == FATE_USED)
             s->fate[i] = failed.saturated[i] > 0  ? FATE_SATURATED
                          : failed.unusable[i] > 0 ? FATE_UNUSABLE
                                                   : FATE_USED;
+    }
 }
 
 /** Sums over columns of three photosites in all channels, x0 - 1 first. Photosites that were
@@ -220,8 +243,9 @@ reflectance_sample rec_strip_sample(const struct strip *s, int i)
         .residual = s->residual[i],
     };
     for (int c = 0; c < 3; c++) {
-        a.f[c] = s->f[c][i];
-        a.noise[c] = s->noise[c][i];
+        bool measured = a.channel < 0 || a.channel == c;
+        a.f[c] = measured ? s->f[c][i] : 0;
+        a.noise[c] = measured ? s->noise[c][i] : 0;
         a.bounced[c] = s->bounced[c][i];
     }
     return a;

@@ -11,9 +11,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PLANES = 6 };  // 3 channels, phi_d >= 0 and < 0
+enum { PLANES = 12 };  // 3 channels, lending or not, phi_d >= 0 and < 0
 
-/** Sums of the samples of one bin, channel and sign of phi_d. */
+/** Sums of the samples of one bin, channel and sign of phi_d. Of a mosaic T_NOISE has the variances
+ *  of the measured channel, and the standard deviations of those that are lent. */
 enum term {
     T_COUNT,
     T_W,
@@ -84,7 +85,8 @@ WIDE static void make_terms(double (*term)[SHOT_TERMS], const struct strip *s)
             double f = s->f[c][i];
             term[i][T_F + c] = w * f;
             term[i][T_FF + c] = w * f * f;
-            term[i][T_NOISE + c] = w * w * s->noise[c][i];
+            bool measured = (s->channel[i] < 0) | (s->channel[i] == c);
+            term[i][T_NOISE + c] = w * (measured ? w * s->noise[c][i] : sqrt(s->noise[c][i]));
             term[i][T_BOUNCED + c] = w * s->bounced[c][i];
         }
         for (int k = T_END; k < SHOT_TERMS; k++)
@@ -104,7 +106,9 @@ enum status rec_shot_add(struct shot_bins *shot, const struct strip *s, struct e
         if (s->fate[i] != FATE_USED)
             continue;
         assert(s->weight[i] > 0 && s->weight[i] <= 1 && s->channel[i] < 3);
-        int plane = 2 * (s->channel[i] < 0 ? 0 : s->channel[i]) + (s->phi_d[i] < 0);
+        bool mosaic = s->channel[i] >= 0;
+        int plane =
+            4 * (mosaic ? s->channel[i] : 0) + 2 * (mosaic && s->lends[i]) + (s->phi_d[i] < 0);
         int32_t *slot = &shot->slot[(size_t)plane * MERL_BINS + (size_t)s->bin[i]];
         if (!*slot) {
             if (!begin_sums(shot, s->bin[i], plane, s->channel[i]))
@@ -118,26 +122,39 @@ enum status rec_shot_add(struct shot_bins *shot, const struct strip *s, struct e
     return STATUS_OK;
 }
 
+// What a channel of the sums enters.
+static void exact_channel(struct bin_sums *b, const struct shot_sums *s, int c)
+{
+    fixed128 w_f = rec_fix(s->term[T_F + c]), noise = rec_fix(s->term[T_NOISE + c]);
+    bool back = s->plane % 2, lends = s->plane / 2 % 2;
+    if (s->channel < 0 || s->channel == c) {
+        b->w_f[c] = w_f;
+        b->w_ff[c] = rec_fix(s->term[T_FF + c]);
+        b->ww_noise[c] = noise;
+        b->w_bounced[c] = rec_fix(s->term[T_BOUNCED + c]);
+        b->w_f_back[c] = back ? w_f : 0;
+        b->ww_noise_back[c] = back ? noise : 0;
+    } else if (lends) {
+        b->lent_w[c] = b->w;
+        b->lent_w_f[c] = w_f;
+        b->lent_w_noise[c] = noise;
+        memcpy(b->lent_w_angle[c], b->w_angle, sizeof b->w_angle);
+    }
+}
+
 static struct bin_sums exact(const struct shot_sums *s)
 {
     struct bin_sums b = {.count = (int64_t)s->term[T_COUNT],
                          .w = rec_fix(s->term[T_W]),
                          .w_systematic = rec_fix(s->term[T_SYSTEMATIC]),
                          .w_tilt = rec_fix(s->term[T_TILT])};
-    bool back = s->plane % 2;
-    b.w_back = back ? b.w : 0;
+    b.w_back = s->plane % 2 ? b.w : 0;
     for (int i = 0; i < 2; i++)
         b.w_spread[i] = rec_fix(s->term[T_SPREAD + i]);
     for (int i = 0; i < 3; i++)
         b.w_angle[i] = rec_fix(s->term[T_ANGLE + i]);
-    for (int c = 0; c < 3; c++) {
-        b.w_f[c] = rec_fix(s->term[T_F + c]);
-        b.w_ff[c] = rec_fix(s->term[T_FF + c]);
-        b.ww_noise[c] = rec_fix(s->term[T_NOISE + c]);
-        b.w_bounced[c] = rec_fix(s->term[T_BOUNCED + c]);
-        b.w_f_back[c] = back ? b.w_f[c] : 0;
-        b.ww_noise_back[c] = back ? b.ww_noise[c] : 0;
-    }
+    for (int c = 0; c < 3; c++)
+        exact_channel(&b, s, c);
     if (s->channel >= 0) {
         b.own_w[s->channel] = b.w;
         memcpy(b.own_w_angle[s->channel], b.w_angle, sizeof b.w_angle);

@@ -9,7 +9,8 @@ enum { SHOT_TERMS = 24 };
 
 /** Bins met in a shot so far. {0} is empty; memory is kept from shot to shot; rec_shot_free(). */
 struct shot_bins {
-    int32_t *slot;  // [channel][phi_d < 0][MERL_BINS]: 1 + index into sums, 0 where no sample fell
+    int32_t *slot;  // [channel][lends][phi_d < 0][MERL_BINS]: 1 + index into sums, 0 where no
+                    // sample fell
     struct shot_sums *sums;
     int count, room;
 };

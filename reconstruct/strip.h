@@ -12,6 +12,7 @@
 struct strip {
     int x0, y, from, to;
     bool hit[LANES];        // the centre's ray meets the sample
+    bool inner[LANES];      // the outline and the terminator are some photosites away
     enum fate fate[LANES];  // all that follows has a meaning where this is FATE_USED
     vec3_lanes point;       // at the photosite's centre
     vec3_lanes normal, wi, wo;
@@ -23,6 +24,9 @@ struct strip {
     int bin[LANES];                         // rec_merl_index of these
     double systematic[LANES], tilt[LANES];  // see reflectance_sample, also for what follows
     int channel[LANES];
+    // Of a mosaic: the other channels' f and noise are those between its neighbours, where it
+    // lends.
+    bool lends[LANES];
     double f[3][LANES], noise[3][LANES], bounced[3][LANES];
     double weight[LANES], residual[LANES];
 };

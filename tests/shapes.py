@@ -10,7 +10,6 @@ import subprocess
 import sys
 import tempfile
 
-import h5py
 import numpy as np
 import yaml
 
@@ -65,9 +64,7 @@ def main():
     goniocam, project = sys.argv[1:3]
     with tempfile.TemporaryDirectory() as folder:
         measure(goniocam, project, folder, "cylinder", cylinder)
-        out = measure(goniocam, project, folder, "mosaic", mosaic)
-        with h5py.File(out + "/bins.h5") as f:  # status 1 needs a sample in every channel
-            check("bins of fewer than three photosites", int((f["count"][...][f["status"][...] == 1] < 3).sum()), 0)
+        measure(goniocam, project, folder, "mosaic", mosaic)
     sys.exit(1 if failed else 0)
 
 

@@ -31,7 +31,7 @@ static reflectance_sample made(int i)
 }
 
 // A shot's samples, one strip each, into a tally.
-static void add_shot(struct tally *tally, const reflectance_sample *sample, int count)
+static void add_shot(struct tally *tally, const reflectance_sample *sample, int count, bool lends)
 {
     struct shot_bins shot = {0};
     for (int i = 0; i < count; i++) {
@@ -43,6 +43,7 @@ static void add_shot(struct tally *tally, const reflectance_sample *sample, int 
         s.phi_d[0] = sample[i].angles.phi_d;
         s.bin[0] = rec_merl_index(sample[i].angles);
         s.channel[0] = sample[i].channel;
+        s.lends[0] = lends;
         s.systematic[0] = sample[i].systematic;
         s.tilt[0] = sample[i].tilt;
         s.weight[0] = sample[i].weight;
@@ -67,7 +68,7 @@ static struct bins binned(int stride, int tallies)
         reflectance_sample s[SAMPLES];
         for (int k = 0; k < SAMPLES; k++)
             s[k] = made(i * stride % SHOTS * SAMPLES + k);
-        add_shot(&tally[i % tallies], s, SAMPLES);
+        add_shot(&tally[i % tallies], s, SAMPLES, false);
     }
     for (int t = 1; t < tallies; t++)
         assert_int_equal(rec_tally_merge(&tally[0], &tally[t], NULL), STATUS_OK);
@@ -100,18 +101,28 @@ static void test_centroids_lie_in_their_bins(void **state)
     rec_bins_free(&a);
 }
 
-static struct bin one_bin(const reflectance_sample *sample, int count)
+static struct bin bin_of(const reflectance_sample *sample, int count, bool lends)
 {
     struct tally tally;
     struct bins bins;
     assert_int_equal(rec_tally_begin(&tally, NULL), STATUS_OK);
-    add_shot(&tally, sample, count);
+    add_shot(&tally, sample, count, lends);
     assert_int_equal(rec_tally_finish(&bins, &tally, NULL), STATUS_OK);
     assert_int_equal(bins.count, 1);
     struct bin b = bins.bin[0];
     rec_bins_free(&bins);
     rec_tally_free(&tally);
     return b;
+}
+
+static struct bin one_bin(const reflectance_sample *sample, int count)
+{
+    return bin_of(sample, count, false);
+}
+
+static struct bin one_lending_bin(const reflectance_sample *sample, int count)
+{
+    return bin_of(sample, count, true);
 }
 
 // Weights 1 and 1/4, f of 1 and 2: the mean is (1 + 0.5) / 1.25, the noise of it
@@ -197,11 +208,34 @@ static void test_a_mosaic_by_hand(void **state)
     struct tally tally;
     struct bins bins;
     assert_int_equal(rec_tally_begin(&tally, NULL), STATUS_OK);
-    add_shot(&tally, s, 3);
+    add_shot(&tally, s, 3, false);
     assert_int_equal(rec_tally_finish(&bins, &tally, NULL), STATUS_OK);
     assert_int_equal(bins.count, 0);
     rec_bins_free(&bins);
     rec_tally_free(&tally);
+}
+
+// A red photosite that knows green and blue from its neighbours makes a bin where it is alone;
+// where they were measured what it lends does not count.
+static void test_lent_channels_by_hand(void **state)
+{
+    (void)state;
+    reflectance_sample s[3] = {
+        {.angles = {0.5001, 0.7, 0.3001}, .channel = 0, .f = {1, 3, 5}, .weight = 0.5},
+        {.angles = {0.5003, 0.7, 0.3001}, .channel = 1, .f = {9, 4, 5}, .weight = 0.5},
+        {.angles = {0.5003, 0.7, 0.3001}, .channel = 0, .f = {1, 3, 7}, .weight = 0.25},
+    };
+    for (int i = 0; i < 3; i++)
+        for (int c = 0; c < 3; c++)
+            s[i].noise[c] = 0.04;
+    struct bin b = one_lending_bin(s, 3);
+    assert_near(b.mean[0], 1, 1e-15);
+    assert_near(b.mean[1], 4, 1e-15);
+    assert_near(b.mean[2], 5.4, 1e-14);   // (0.5 5 + 0.5 5 + 0.25 7) / 1.25
+    assert_near(b.noise[2], 0.2, 1e-15);  // neighbours' noise does not average out
+    assert_near(b.noise[0], 0.2 * sqrt(0.25 + 0.0625) / 0.75, 1e-15);
+    assert_true(b.lent[2] && !b.lent[0] && !b.lent[1]);
+    assert_near(b.own[2].theta_h, 0.50022, 1e-15);
 }
 
 // The documented range: 9e8 samples of the largest kind in a shot.
@@ -228,6 +262,7 @@ int main(void)
         cmocka_unit_test(test_mean_and_errors_by_hand),
         cmocka_unit_test(test_reciprocity_is_kept_apart),
         cmocka_unit_test(test_a_mosaic_by_hand),
+        cmocka_unit_test(test_lent_channels_by_hand),
         cmocka_unit_test(test_the_largest_sums_fit),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

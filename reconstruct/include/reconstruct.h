@@ -78,6 +78,7 @@ struct bin {
     int32_t count;       // of photosites
     half_diff centroid;  // of the samples, phi_d folded to [0, pi); within the bin
     half_diff own[3];    // the centroid of each channel's samples: others than that in a mosaic
+    bool lent[3];        // of a mosaic: no photosite here measured this channel, but those around
     double mean[3];      // f, 1/sr; noise may take dark ones below 0
     double sigma[3];     // of the mean: noise, geometry, lamp, and the bin's width
     double noise[3];     // the part of sigma that more photographs would reduce
