@@ -4,7 +4,29 @@
 #include "overlay.h"
 #include "sphere.h"
 
+#include <errno.h>
+#include <stdlib.h>
 #include <string.h>
+
+/** A mesh stays where capture.yaml says. */
+static enum status place_mesh(struct calibration *c, const struct sample_place *nominal,
+                              struct run *run, struct error *err)
+{
+    struct sample s = {.shape = SHAPE_MESH,
+                       .file = realpath(nominal->file, NULL),
+                       .world_from_file = {nominal->rotation, nominal->translation},
+                       .sigma_center = {0.5, 0.5, 0.5}};
+    if (!s.file)
+        return cap_fail(err, STATUS_IO, "%s: %s", nominal->file, strerror(errno));
+    enum status status = cal_sample_load(&s, err);
+    if (status) {
+        free(s.file);
+        return status;
+    }
+    c->sample = s;
+    cap_warn(run, "the sample is a mesh: its place is taken from capture.yaml as it stands");
+    return STATUS_OK;
+}
 
 /** The sample from its outline; a shape that has no such fit yet stays where capture.yaml says. */
 static enum status place_sample(struct calibration *c, const struct capture *capture,
@@ -15,6 +37,8 @@ static enum status place_sample(struct calibration *c, const struct capture *cap
         return cal_sphere_place(c, capture, out, run, err);
     if (nominal->shape == SHAPE_NONE)
         return cap_fail(err, STATUS_DATA, "%s: no `sample` in capture.yaml", capture->folder);
+    if (nominal->shape == SHAPE_MESH)
+        return place_mesh(c, nominal, run, err);
     c->sample = (struct sample){.shape = nominal->shape,
                                 .center = nominal->center,
                                 .radius = nominal->radius,

@@ -21,6 +21,8 @@ void cal_calibration_free(struct calibration *c)
     free(c->view);
     free(c->lamp);
     free(c->surroundings.glow);
+    free(c->sample.file);
+    cal_mesh_free(c->sample.mesh);
     *c = (struct calibration){0};
 }
 
@@ -46,6 +48,8 @@ struct light_node {
 };
 struct sample_node {
     enum shape shape;
+    char *file;
+    double rotation[3], translation[3];
     double radius, height, center[3], axis[3], sigma_center[3], sigma_radius, outline_rms_px;
     int outline_edges;
 };
@@ -141,6 +145,9 @@ static const cyaml_schema_field_t sample_fields[] = {
     NUMBER(MAY, sample_node, radius),
     NUMBER(MAY, sample_node, height),
     NUMBERS(MAY, sample_node, axis, 3),
+    TEXT(MAY, sample_node, file),
+    NUMBERS(MAY, sample_node, rotation, 3),
+    NUMBERS(MAY, sample_node, translation, 3),
     NUMBERS(MAY, sample_node, sigma_center, 3),
     NUMBER(MAY, sample_node, sigma_radius),
     NUMBER(MAY, sample_node, outline_rms_px),
@@ -300,10 +307,9 @@ static enum status take_shots(struct calibration *c, struct root_node *root, str
     return status;
 }
 
-static enum status take_sample(struct calibration *c, const struct root_node *root,
-                               struct error *err)
+static enum status take_sample(struct calibration *c, struct root_node *root, struct error *err)
 {
-    const struct sample_node *s = root->sample;
+    struct sample_node *s = root->sample;
     if (!s)
         return STATUS_OK;
     if (s->shape != SHAPE_MESH && !(s->radius > 0))
@@ -317,7 +323,11 @@ static enum status take_sample(struct calibration *c, const struct root_node *ro
                                 .outline_rms_px = s->outline_rms_px,
                                 .outline_edges = s->outline_edges};
     memcpy(c->sample.sigma_center, s->sigma_center, sizeof s->sigma_center);
-    return STATUS_OK;
+    if (s->shape != SHAPE_MESH)
+        return STATUS_OK;
+    c->sample.file = take(&s->file);
+    c->sample.world_from_file = (pose){vec3_of(s->rotation), vec3_of(s->translation)};
+    return cal_sample_load(&c->sample, err);
 }
 
 // ---- reading

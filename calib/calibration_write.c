@@ -136,6 +136,11 @@ static void write_sample(struct yaml_out *out, const struct sample *s)
     cap_yaml_map(out, "sample");
     cap_yaml_text(out, "shape", names[s->shape]);
     write_vec3(out, "center", s->center);
+    if (s->shape == SHAPE_MESH) {
+        cap_yaml_text(out, "file", s->file);
+        write_vec3(out, "rotation", s->world_from_file.rotation);
+        write_vec3(out, "translation", s->world_from_file.translation);
+    }
     number_if_known(out, "radius", s->radius);
     number_if_known(out, "height", s->height);
     if (s->shape == SHAPE_CYLINDER)

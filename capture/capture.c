@@ -310,6 +310,7 @@ void cap_capture_free(struct capture *capture)
     free(capture->shot);
     free(capture->camera);
     free(capture->response_file);
+    free(capture->sample.file);
     free_frames(&capture->flat_frames);
     free_frames(&capture->dark_frames);
     free_frames(&capture->ambient_frames);

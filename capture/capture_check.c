@@ -80,6 +80,27 @@ static enum status check_board(struct capture *capture, const struct capture_yam
     return status;
 }
 
+/* A mesh: its file from the capture's folder, and a rotation vector and a translation. */
+static enum status check_mesh(struct sample_place *sample, const char *folder,
+                              const struct capture_yaml *yaml, struct error *err)
+{
+    static const char *const not_of_mesh[] = {"sample.radius", "sample.height", "sample.axis",
+                                              "sample.center"};
+    const struct yaml_sample *given = yaml->root->sample;
+    for (int i = 0; i < 4; i++)
+        if (is_there(yaml, not_of_mesh[i]))
+            return yaml_source_fail(&yaml->source, err, not_of_mesh[i],
+                                    "a mesh has none: its file and `pose` say it all");
+    if (!is_there(yaml, "sample.file"))
+        return yaml_source_fail(&yaml->source, err, "sample.file",
+                                "is missing: the PLY or OBJ file of the mesh, in mm");
+    sample->shape = SHAPE_MESH;
+    sample->rotation = vec3_of(given->pose);
+    sample->translation = vec3_of(given->pose + 3);
+    sample->file = *given->file == '/' ? strdup(given->file) : cap_path(folder, given->file);
+    return sample->file ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%s", given->file);
+}
+
 static enum status check_sample(struct capture *capture, const struct capture_yaml *yaml,
                                 struct error *err)
 {
@@ -92,11 +113,10 @@ static enum status check_sample(struct capture *capture, const struct capture_ya
     else if (strcmp(given->shape, "cylinder") == 0)
         sample->shape = SHAPE_CYLINDER;
     else if (strcmp(given->shape, "mesh") == 0)
-        return yaml_source_fail(&yaml->source, err, "sample.shape",
-                                "this version reconstructs spheres and cylinders, no meshes yet");
+        return check_mesh(sample, capture->folder, yaml, err);
     else
         return yaml_source_fail(&yaml->source, err, "sample.shape",
-                                "'%s' is no shape; use sphere or cylinder", given->shape);
+                                "'%s' is no shape; use sphere, cylinder or mesh", given->shape);
     bool cylinder = sample->shape == SHAPE_CYLINDER;
     static const char *const mesh_only[] = {"sample.file", "sample.pose"};
     for (int i = 0; i < 2; i++)

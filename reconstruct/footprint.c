@@ -9,7 +9,7 @@
  * Limits.   A photosite is left out within one photosite of the outline and of the terminator: the
  *           lens spreads light over about that much, and beyond the edge lies something else.
  */
-#include "strip.h"
+#include "raster.h"
 
 #include <assert.h>
 #include <string.h>
@@ -64,11 +64,21 @@ WIDE static void light_from_afar(struct ray_ends *e, vec3 direction)
     }
 }
 
-static void trace(struct ray_ends *e, const struct viewing *v, const struct lens_row *lens,
-                  double du, double dv)
+/** Where the rays of a strip come from and go to. */
+struct pencil {
+    const struct viewing *v;
+    struct lens_row lens;
+    struct patches mesh;  // of a mesh
+};
+
+static void trace(struct ray_ends *e, const struct pencil *p, double du, double dv)
 {
-    aim(&e->ray, lens, &v->view_from_world, du, dv);
-    rec_meet_all(&e->m, v->sample, v->eye, &e->ray, LANES);
+    const struct viewing *v = p->v;
+    aim(&e->ray, &p->lens, &v->view_from_world, du, dv);
+    if (v->raster)
+        rec_patches_meet(&e->m, &p->mesh, du, dv);
+    else
+        rec_meet_all(&e->m, v->sample, v->eye, &e->ray, LANES);
     if (v->lamp->at_infinity)
         light_from_afar(e, v->lamp->direction);
     else
@@ -77,32 +87,32 @@ static void trace(struct ray_ends *e, const struct viewing *v, const struct lens
 
 /** What of the strip needs a closer look; 1 or 0 a lane. */
 struct looks {
-    double edge[LANES], wide[LANES];
+    double edge[LANES], wide[LANES], shadowed[LANES];
     double rim[LANES], dusk[LANES];  // within a photosite of the outline, of the terminator
 };
 
 // How far the normal turns from one photosite to the next: at the middle of the sample's face it is
 // `step`, towards the outline 1/cos_o times as far. Where it turns little, the centre alone serves:
 // the square's second moment is 1/12, so the centre errs by (step / cosines)^2 / 24, 4e-5 of f at
-// most; no photosite is trusted beyond 1e-3 (samples.c). A cylinder ends without warning.
+// most; no photosite is trusted beyond 1e-3 (samples.c).
 WIDE static void take_centers(struct strip *s, struct looks *look, const struct ray_ends *e,
-                              const struct lens_row *lens, vec3 eye, double curvature,
-                              bool has_ends)
+                              const struct lens_row *lens, vec3 eye)
 {
-    const double narrow = 0.03, near = 3, always = has_ends ? 1 : 0;
+    const double narrow = 0.03, near = 3;
     for (int i = 0; i < LANES; i++) {
         double x = e->m.point.x[i] - eye.x, y = e->m.point.y[i] - eye.y;
         double z = e->m.point.z[i] - eye.z;
         double across = lens->by_u[0][i] * lens->by_u[0][i] + lens->by_u[1][i] * lens->by_u[1][i];
-        double step = curvature * sqrt((x * x + y * y + z * z) * across);
+        double step = s->curvature[i] * sqrt((x * x + y * y + z * z) * across);
         double cos_i = e->cos_i[i];
         double cos_o = -(e->ray.x[i] * e->m.normal.x[i] + e->ray.y[i] * e->m.normal.y[i]
                          + e->ray.z[i] * e->m.normal.z[i]);
         double dusk = cos_i < 0 ? -cos_i : cos_i;
-        look->edge[i] = (cos_o * cos_o <= near * step) | (dusk * cos_o <= near * step) ? 1 : always;
+        look->edge[i] = (cos_o * cos_o <= near * step) | (dusk * cos_o <= near * step) ? 1 : 0;
         look->wide[i] = step < narrow * cos_o * cos_i ? 0 : 1;
-        s->spread[0][i] = s->spread[1][i] = step * step / 12;
-        s->curvature[i] = curvature;
+        // Towards the eye 1/cos_o^2 times as much as across: the mean, h may lie anywhere.
+        double slant = cos_o > 0.1 ? 1 / cos_o : 10;
+        s->spread[0][i] = s->spread[1][i] = step * step / 24 * (1 + slant * slant);
         s->wo.x[i] = -e->ray.x[i];
         s->wo.y[i] = -e->ray.y[i];
         s->wo.z[i] = -e->ray.z[i];
@@ -115,18 +125,35 @@ WIDE static void take_centers(struct strip *s, struct looks *look, const struct 
 }
 
 // Eight rays one photosite away: all of them must meet lit sample.
-static void look_around(struct looks *look, const struct viewing *v, const struct lens_row *lens)
+static void look_around(struct looks *look, const struct pencil *p)
 {
     static const double s = 0.70710678118654752;
     static const double offset[8][2] = {{1, 0},  {s, s},   {0, 1},  {-s, s},
                                         {-1, 0}, {-s, -s}, {0, -1}, {s, -s}};
     struct ray_ends e;
     for (int k = 0; k < 8; k++) {
-        trace(&e, v, lens, offset[k][0], offset[k][1]);
+        trace(&e, p, offset[k][0], offset[k][1]);
         for (int i = 0; i < LANES; i++) {
             look->rim[i] = e.m.hit[i] > 0 ? look->rim[i] : 1;
             look->dusk[i] = e.cos_i[i] > 0 ? look->dusk[i] : 1;
         }
+    }
+}
+
+// A mesh's own look around; its terminator is where the lamp sets within a photosite.
+static void look_around_mesh(struct looks *look, const struct pencil *p)
+{
+    static const double corner[4][2] = {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
+    struct ray_ends e;
+    for (int i = 0; i < LANES; i++) {
+        look->rim[i] = p->mesh.rim[i];
+        look->dusk[i] = p->mesh.dusk[i];
+        look->shadowed[i] = p->mesh.shadowed[i];
+    }
+    for (int k = 0; k < 4; k++) {
+        trace(&e, p, corner[k][0], corner[k][1]);
+        for (int i = 0; i < LANES; i++)
+            look->dusk[i] = e.cos_i[i] > 0 ? look->dusk[i] : 1;
     }
 }
 
@@ -136,6 +163,8 @@ static enum fate fate_of(const struct looks *look, double hit, double cos_i, int
         return FATE_OUTLINE;
     if (!(cos_i > 0))
         return FATE_DARK;
+    if (look->shadowed[i] > 0)
+        return FATE_SHADOWED;
     return look->dusk[i] > 0 ? FATE_TERMINATOR : FATE_USED;
 }
 
@@ -224,8 +253,7 @@ WIDE static void take_means(struct strip *s, const struct means *m, const double
     }
 }
 
-static void average(struct strip *s, const struct viewing *v, const struct lens_row *lens,
-                    const double *wide)
+static void average(struct strip *s, const struct pencil *p, const double *wide)
 {
     static const double place[3] = {-0.38729833462074169, 0, 0.38729833462074169};  // sqrt(0.15)
     static const double weight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
@@ -233,7 +261,7 @@ static void average(struct strip *s, const struct viewing *v, const struct lens_
     struct ray_ends e;
     for (int b = 0; b < 3; b++)
         for (int a = 0; a < 3; a++) {
-            trace(&e, v, lens, place[a], place[b]);
+            trace(&e, p, place[a], place[b]);
             add(&sum, &e, weight[a] * weight[b]);
         }
     normalize(&sum.n);
@@ -242,34 +270,46 @@ static void average(struct strip *s, const struct viewing *v, const struct lens_
     take_means(s, &sum, wide);
 }
 
-void rec_strip_footprints(struct strip *s, const struct viewing *v)
+// The rays through the photosites' centres; false: none meets the sample.
+static bool begin(struct strip *s, struct pencil *p, struct ray_ends *center)
 {
-    struct lens_row lens;
-    struct ray_ends center;
-    struct looks look = {0};
-    bool any = false, edge = false, wide = false;
-    rec_lens_row(&lens, v->lens, s->x0, s->y);
-    trace(&center, v, &lens, 0, 0);
+    bool any = false, mesh = p->v->raster != NULL;
+    rec_lens_row(&p->lens, p->v->lens, s->x0, s->y);
+    if (mesh)
+        rec_raster_patches(&p->mesh, p->v->raster, p->v, s->x0, s->y);
+    trace(center, p, 0, 0);
     for (int i = 0; i < LANES; i++) {
-        s->hit[i] = center.m.hit[i] > 0 && i >= s->from && i < s->to;
+        s->hit[i] = center->m.hit[i] > 0 && i >= s->from && i < s->to;
         s->fate[i] = FATE_OUTLINE;
+        s->curvature[i] = mesh ? p->mesh.curvature[i] : 1 / p->v->sample->radius;
         any = any || s->hit[i];
     }
-    if (!any)
+    return any;
+}
+
+void rec_strip_footprints(struct strip *s, const struct viewing *v)
+{
+    struct pencil p;
+    struct ray_ends center;
+    struct looks look = {0};
+    bool edge = v->sample->shape == SHAPE_CYLINDER, wide = false;  // its ends come without warning
+    p.v = v;
+    if (!begin(s, &p, &center))
         return;
-    take_centers(s, &look, &center, &lens, v->eye, 1 / v->sample->radius,
-                 v->sample->shape != SHAPE_SPHERE);
+    take_centers(s, &look, &center, &p.lens, v->eye);
     for (int i = 0; i < LANES; i++)
         edge = edge || (s->hit[i] && look.edge[i] > 0);
-    if (edge)
-        look_around(&look, v, &lens);
+    if (v->raster)
+        look_around_mesh(&look, &p);
+    else if (edge)
+        look_around(&look, &p);
     for (int i = 0; i < LANES; i++) {
         s->fate[i] = s->hit[i] ? fate_of(&look, center.m.hit[i], center.cos_i[i], i) : FATE_OUTLINE;
         s->inner[i] = !(look.edge[i] > 0);
         wide = wide || (s->fate[i] == FATE_USED && look.wide[i] > 0);
     }
     if (wide)
-        average(s, v, &lens, look.wide);
+        average(s, &p, look.wide);
     for (int i = 0; i < LANES; i++)
         if (s->fate[i] == FATE_USED
             && (vec3_dot(rec_lane(&s->normal, i), rec_lane(&s->wi, i)) <= 0

@@ -2,6 +2,7 @@
 #include "gather.h"
 
 #include "bounce_map.h"
+#include "raster.h"
 #include "shot_bins.h"
 #include "team.h"
 
@@ -131,11 +132,15 @@ static enum status add_shot(struct harvest *h, const struct gathering *g, int vi
     struct viewing v = rec_viewing(c, view, &g->lens[c->view[view].camera], g->board);
     struct radiance map = {0};
     struct bounce_map bounce = {0};
+    struct raster raster = {0};
     enum status status = read_map(&map, g, &v, err);
     if (status)
         return status;
     pixel_box box = rec_sample_box(&v);
     status = rec_bounce_make(&bounce, c, view, &v, box, err);
+    if (!status && c->sample.shape == SHAPE_MESH)
+        status = rec_raster_make(&raster, &v, box, err);
+    v.raster = c->sample.shape == SHAPE_MESH ? &raster : NULL;
     v.bounce = &bounce;
     v.consensus = g->consensus;
     v.bounce_scatter = g->consensus ? g->consensus->bounce_scatter : 0;
@@ -146,6 +151,7 @@ static enum status add_shot(struct harvest *h, const struct gathering *g, int vi
     if (h->census.photosites[FATE_USED] == used)
         cap_warn(g->run, "shot %s: no photosite shows lit sample", v.view->name);
     h->census.shots++;
+    rec_raster_free(&raster);
     rec_bounce_free(&bounce);
     cap_radiance_free(&map);
     return status ? status : ended;

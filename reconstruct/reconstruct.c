@@ -66,9 +66,8 @@ static enum status calibrate(struct job *j, struct error *err)
     }
     if (status)
         return status;
-    enum shape shape = j->calibration.sample.shape;
-    if (shape != SHAPE_SPHERE && shape != SHAPE_CYLINDER)
-        return cap_fail(err, STATUS_DATA, "the sample must be a sphere or a cylinder");
+    if (j->calibration.sample.shape == SHAPE_NONE)
+        return cap_fail(err, STATUS_DATA, "there is no sample: a sphere, a cylinder or a mesh");
     char *path = cap_path(j->out, "calibration.yaml");
     status = path ? cal_calibration_write(&j->calibration, path, err)
                   : cap_fail(err, STATUS_MEMORY, "no memory");

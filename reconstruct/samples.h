@@ -11,7 +11,8 @@
     X(OUTLINE, "outline")       /* within a photosite of the sample's outline */                   \
     X(DARK, "dark")             /* the lamp is below its horizon */                                \
     X(TERMINATOR, "terminator") /* within a photosite of where the lamp sets */                    \
-    X(OCCLUDED, "occluded")     /* the board stands before it */                                   \
+    X(SHADOWED, "shadowed")     /* something keeps the lamp's light off */                         \
+    X(OCCLUDED, "occluded")     /* something stands before it */                                   \
     X(SATURATED, "saturated")   /* in every frame of the bracket, in some channel */               \
     X(UNUSABLE, "unusable")     /* no number, or beyond what a bin can sum */                      \
     X(STRAY, "stray") /* far from its neighbours: dust, a scratch, flare, something before it */
@@ -45,6 +46,7 @@ struct viewing {
     const struct sample *sample;
     const struct lens_table *lens;
     const struct board_extent *board;   // may be NULL
+    const struct raster *raster;        // of a mesh, else NULL
     struct bounce_map *bounce;          // the lit board's light, may be NULL: there is none
     const struct consensus *consensus;  // what is known of f already, may be NULL: nothing
     mat3 view_from_world;

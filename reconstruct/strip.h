@@ -12,7 +12,7 @@
 struct strip {
     int x0, y, from, to;
     bool hit[LANES];        // the centre's ray meets the sample
-    bool inner[LANES];      // the outline and the terminator are some photosites away
+    bool inner[LANES];      // outline and terminator are some photosites away
     enum fate fate[LANES];  // all that follows has a meaning where this is FATE_USED
     vec3_lanes point;       // at the photosite's centre
     vec3_lanes normal, wi, wo;

@@ -1,4 +1,4 @@
-/* surface.c -- rays against a sphere and a cylinder: the nearer root of a quadratic.
+/* surface.c -- rays against a sphere and a cylinder, the nearer root of a quadratic; and a mesh.
  *
  * Method.   A sphere is a cylinder without an axis: what lies along the axis is taken off the ray
  *           and the eye, nothing of a sphere's.
@@ -6,8 +6,6 @@
  *           rounding is 1e-10 mm^2, far below what a photosite spans at the outline.
  */
 #include "surface.h"
-
-#include <assert.h>
 
 /** A sphere or cylinder seen from an eye. The caps of a cylinder are not sample, and what enters
  *  through one has not met it. */
@@ -56,10 +54,25 @@ WIDE static void meet_round(struct meetings *to, const struct round_body *of, co
     }
 }
 
+static void meet_mesh(struct meetings *to, const struct sample *s, vec3 eye, const vec3_lanes *ray,
+                      int count)
+{
+    for (int i = 0; i < count; i++) {
+        vec3 d = rec_lane(ray, i);
+        mesh_hit hit = cal_mesh_meet(s->mesh, eye, d);
+        to->hit[i] = hit.s < INFINITY ? 1 : 0;
+        rec_lane_set(&to->point, i, vec3_add(eye, vec3_scale(d, hit.s < INFINITY ? hit.s : 0)));
+        rec_lane_set(&to->normal, i, hit.normal);
+    }
+}
+
 void rec_meet_all(struct meetings *m, const struct sample *sample, vec3 eye, const vec3_lanes *ray,
                   int count)
 {
-    assert(sample->shape == SHAPE_SPHERE || sample->shape == SHAPE_CYLINDER);
+    if (sample->shape == SHAPE_MESH) {
+        meet_mesh(m, sample, eye, ray, count);
+        return;
+    }
     struct round_body body = body_of(sample, eye);
     meet_round(m, &body, ray, count);
 }

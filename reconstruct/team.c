@@ -126,10 +126,15 @@ enum status rec_team_tell_calibration(struct calibration *calibration, struct er
     ok = tell_array((void **)&c.view, (size_t)c.views, sizeof *c.view) && ok;
     ok = tell_array((void **)&c.lamp, (size_t)c.lamps, sizeof *c.lamp) && ok;
     ok = tell_array((void **)&c.surroundings.glow, glow, sizeof *c.surroundings.glow) && ok;
+    ok = tell_text(&c.sample.file) && ok;
     enum status status = rec_team_agree(
         ok ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "no memory for the calibration"), err);
     if (!status && !tell_names(&c))
         status = cap_fail(err, STATUS_MEMORY, "no memory for the calibration");
+    if (!rec_leads())
+        c.sample.mesh = NULL;  // the leader's address
+    if (!status && !rec_leads() && c.sample.shape == SHAPE_MESH)
+        status = cal_sample_load(&c.sample, err);
     if (!rec_leads())
         *calibration = c;
     return rec_team_agree(status, err);

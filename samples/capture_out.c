@@ -32,12 +32,15 @@ static void write_board(struct yaml_out *out, const struct scene_board *board)
     cap_yaml_close(out);
 }
 
-/** A scanned object is named; where it stands nobody measures with a ruler. */
+/** A scanned object is named, and where it stands. */
 static void write_mesh(struct yaml_out *out, const struct scene_sample *sample)
 {
     cap_yaml_flow_map(out, "sample");
     cap_yaml_text(out, "shape", "mesh");
-    cap_yaml_text(out, "file", sample->file);
+    cap_yaml_text(out, "file", sam_mesh_name(sample));
+    const vec3 r = sample->world_from_file.rotation, t = sample->world_from_file.translation;
+    const double place[6] = {r.x, r.y, r.z, t.x, t.y, t.z};
+    cap_yaml_numbers(out, "pose", place, 6);
     cap_yaml_close(out);
 }
 

@@ -171,6 +171,30 @@ static bool is_ours(const struct scene *scene, const char *file)
     return false;
 }
 
+// The scanned object's file stands beside the photographs, as capture.yaml says.
+static enum status copy_mesh(const struct scene_sample *sample, const char *out, struct error *err)
+{
+    char *path = cap_path(out, sam_mesh_name(sample)), piece[1 << 14];
+    FILE *from = fopen(sample->file, "rb");
+    struct atomic_file to = {0};
+    enum status status = STATUS_OK;
+    if (!path)
+        status = cap_fail(err, STATUS_MEMORY, "%s", out);
+    else if (!from)
+        status = cap_fail(err, STATUS_IO, "%s: %s", sample->file, strerror(errno));
+    else
+        status = cap_file_begin(&to, path, true, err);
+    if (!status) {
+        for (size_t size; (size = fread(piece, 1, sizeof piece, from)) > 0;)
+            fwrite(piece, 1, size, to.stream);
+        status = cap_file_commit(&to, err);  // tells of a full disk
+    }
+    if (from)
+        fclose(from);
+    free(path);
+    return status;
+}
+
 /** Photographs of another scene would pass for this one's: capture.yaml selects by pattern. */
 static enum status refuse_others(const struct scene *scene, const char *out, struct error *err)
 {
@@ -202,6 +226,8 @@ static enum status write_papers(const struct scene *scene, const char *out, stru
         status = sam_truth_write(scene, truth, err);
     if (!status)
         status = sam_capture_write(scene, capture, err);
+    if (!status && scene->sample.mesh)
+        status = copy_mesh(&scene->sample, out, err);
     free(truth);
     free(capture);
     free(table);

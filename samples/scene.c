@@ -220,14 +220,18 @@ static void read_mesh(struct scene_sample *sample, struct doc *doc, doc_node nod
     struct sample_place *place = &sample->place;
     struct error why = {0};
     *place = (struct sample_place){.shape = SHAPE_MESH, .center = center, .radius = 1};
-    snprintf(sample->file, sizeof sample->file, "%s", file);
     sam_doc_need(doc, node, "center");
     char *path = sam_doc_fine(doc) ? sam_doc_beside(doc, file) : NULL;
-    if (path && sam_mesh_read(&sample->mesh, path, scale, rotation, center, &why))
+    pose turned = {rotation, {0, 0, 0}};
+    if (path && cal_mesh_read(&sample->mesh, path, scale, turned, &why))
         sam_doc_wrong(doc, node, "file: %s", why.text);
-    if (sample->mesh)
-        sam_mesh_reach(sample->mesh, &place->center, &place->radius);
-    free(path);
+    if (sample->mesh) {  // the middle of its box comes to `center`
+        cal_mesh_reach(sample->mesh, &place->center, &place->radius);
+        sample->world_from_file = (pose){rotation, vec3_sub(center, place->center)};
+        cal_mesh_move(sample->mesh, sample->world_from_file.translation);
+        place->center = center;
+    }
+    sample->file = path;
 }
 
 static void read_sphere_or_cylinder(struct sample_place *place, struct doc *doc, doc_node node)
@@ -351,7 +355,8 @@ void sam_scene_free(struct scene *scene)
     free(scene->exposure);
     free(scene->lamp);
     sam_material_free(&scene->sample.material);
-    sam_mesh_free(scene->sample.mesh);
+    cal_mesh_free(scene->sample.mesh);
+    free(scene->sample.file);
     sam_things_free(&scene->things);
     free(scene->board.tag);
     free(scene->patch);

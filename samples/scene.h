@@ -5,8 +5,10 @@
 #ifndef GONIOCAM_SAMPLES_SCENE_H
 #define GONIOCAM_SAMPLES_SCENE_H
 
-#include "mesh.h"
+#include "calib.h"
 #include "things.h"
+
+#include <string.h>
 
 enum { SCENE_NAME = 64, PATCHES_MAX = 16 };
 
@@ -70,8 +72,15 @@ struct scene_sample {
     struct sample_place nominal;  // where capture.yaml says it is
     struct material material;
     struct mesh *mesh;  // NULL for other shapes
-    char file[256];     // of the mesh, as the scene names it
+    char *file;         // of the mesh: its path; owned
+    pose world_from_file;
 };
+/** The mesh's file beside the photographs, where render puts a copy. */
+static inline const char *sam_mesh_name(const struct scene_sample *sample)
+{
+    const char *slash = strrchr(sample->file, '/');
+    return slash ? slash + 1 : sample->file;
+}
 
 /** A grey sheet with printed tags on paper. The paper's surface is the plane of the tags; the
  *  sheet lies below it by the paper's thickness. */

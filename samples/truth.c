@@ -231,8 +231,8 @@ static json_t *sample(const struct scene_sample *s)
         json_object_set_new(map, "length", json_real(s->place.height));
     }
     if (s->mesh) {
-        json_object_set_new(map, "file", json_string(s->file));
-        json_object_set_new(map, "triangles", json_integer(sam_mesh_triangles(s->mesh)));
+        json_object_set_new(map, "file", json_string(sam_mesh_name(s)));
+        json_object_set_new(map, "triangles", json_integer(cal_mesh_triangles(s->mesh)));
     }
     return map;
 }

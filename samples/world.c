@@ -156,8 +156,10 @@ static bool may_meet(const struct cone *cone, vec3 direction, double sign)
 static struct crossing cross_sample(const struct world *world, struct ray ray)
 {
     const struct sample_place *place = &world->scene->sample.place;
-    if (place->shape == SHAPE_MESH)
-        return sam_cross_mesh(ray, world->scene->sample.mesh);
+    if (place->shape == SHAPE_MESH) {
+        mesh_hit hit = cal_mesh_meet(world->scene->sample.mesh, ray.origin, ray.direction);
+        return (struct crossing){.s = hit.s, .normal = hit.normal};
+    }
     if (place->shape == SHAPE_SPHERE)
         return sam_cross_sphere(ray, place->center, place->radius, CLEAR);
     return sam_cross_rod(ray, &world->rod, CLEAR);

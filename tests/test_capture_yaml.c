@@ -81,8 +81,9 @@ static struct row {
      "goniocam: 1\nsample:\n  shape: cylinder\n  radius: 3\n"
      "  height: 9\n  center: [0, 0, 0]\n  axis: [0, 0, 2]\n",
      7, "sample.axis: this axis has"},
-    {"a mesh, which has to wait", "goniocam: 1\nsample:\n  shape: mesh\n  file: a.ply\n", 3,
-     "mesh"},
+    {"a mesh with a radius", "goniocam: 1\nsample:\n  shape: mesh\n  file: a.ply\n  radius: 3\n", 5,
+     "sample.radius"},
+    {"a mesh without a file", "goniocam: 1\nsample:\n  shape: mesh\n", 2, "sample.file"},
     {"a tag twice",
      "goniocam: 1\nboard:\n  family: tag36h11\n  tags:\n"
      "  - {id: 4, size: 24, center: [1, 2, 3]}\n  - {id: 4, size: 24, center: [9, 2, 3]}\n",

@@ -222,7 +222,11 @@ static void test_a_cylinder_shows_the_closed_form(void **state)
     struct scene scene = f->scene;
     struct world world = f->world;
     struct sample_place *place = &scene.sample.place;
-    *place = (struct sample_place){SHAPE_CYLINDER, 20, 60, {0, 0, 60}, {0.6, 0.8, 0}};
+    *place = (struct sample_place){.shape = SHAPE_CYLINDER,
+                                   .radius = 20,
+                                   .height = 60,
+                                   .center = {0, 0, 60},
+                                   .axis = {0.6, 0.8, 0}};
     scene.post.radius = 0;
     world.scene = &scene;
     world.post.radius = 0;

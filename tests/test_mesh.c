@@ -1,6 +1,7 @@
 /* test_mesh.c -- meshes against the sphere that they approach, and files of them. */
-#include "mesh.h"
+#include "calib.h"
 #include "near.h"
+#include "shapes.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +30,7 @@ static struct mesh *sphere(void)
         memcpy(triangle[2 * t + 1], (unsigned[]){a, d, c}, sizeof triangle[0]);
     }
     struct mesh *mesh = NULL;
-    assert_int_equal(sam_mesh_make(&mesh, point, normal, POINTS, (const unsigned(*)[3])triangle,
+    assert_int_equal(cal_mesh_make(&mesh, point, normal, POINTS, (const unsigned(*)[3])triangle,
                                    TRIANGLES, NULL),
                      STATUS_OK);
     return mesh;
@@ -50,16 +51,16 @@ static void test_a_fine_mesh_is_nearly_its_sphere(void **state)
         vec3 aim = vec3_add(CENTER, vec3_scale(scattered(i), 15));
         vec3 eye = vec3_add(CENTER, vec3_scale(scattered((i * 7) % 500), 700));
         struct ray ray = {eye, vec3_normalize(vec3_sub(aim, eye))};
-        struct crossing a = sam_cross_mesh(ray, mesh);
+        mesh_hit a = cal_mesh_meet(mesh, ray.origin, ray.direction);
         struct crossing b = sam_cross_sphere(ray, CENTER, RADIUS, 0);
         assert_near(a.s, b.s, 0.1);
         assert_true(vec3_dot(a.normal, b.normal) > cos(CAP_PI / 180));
         // Double precision: on the plane through three corners of the sphere, and back again from
         // the point itself, the surface is not met a second time.
         vec3 p = sam_at(ray, a.s);
-        struct crossing again = sam_cross_mesh((struct ray){p, a.normal}, mesh);
+        mesh_hit again = cal_mesh_meet(mesh, p, a.normal);
         assert_true(again.s == INFINITY);
-        struct crossing through = sam_cross_mesh((struct ray){p, vec3_scale(a.normal, -1)}, mesh);
+        mesh_hit through = cal_mesh_meet(mesh, p, vec3_scale(a.normal, -1));
         assert_near(through.s, 2 * RADIUS, 0.5);
     }
 }
@@ -69,13 +70,13 @@ static void test_rays_that_miss(void **state)
     const struct mesh *mesh = *state;
     vec3 center, beside = vec3_add(CENTER, (vec3){RADIUS + 0.01, 0, 0});
     double radius;
-    sam_mesh_reach(mesh, &center, &radius);
+    cal_mesh_reach(mesh, &center, &radius);
     assert_near(vec3_length(vec3_sub(center, CENTER)), 0, 1e-12);
     assert_near(radius, RADIUS, 1e-9);
     vec3 from = vec3_add(beside, (vec3){0, -500, 0});
-    assert_true(sam_cross_mesh((struct ray){from, {0, 1, 0}}, mesh).s == INFINITY);
+    assert_true(cal_mesh_meet(mesh, from, (vec3){0, 1, 0}).s == INFINITY);
     vec3 behind = vec3_add(CENTER, (vec3){0, 500, 0});
-    assert_true(sam_cross_mesh((struct ray){behind, {0, 1, 0}}, mesh).s == INFINITY);
+    assert_true(cal_mesh_meet(mesh, behind, (vec3){0, 1, 0}).s == INFINITY);
 }
 
 // A hit's place has double precision: on a facet that lies in the plane x = const, s is exact.
@@ -86,12 +87,12 @@ static void test_points_are_exact(void **state)
     const vec3 normal[] = {{1, 0, 0}, {1, 0, 0}, {1, 0, 0}};
     const unsigned triangle[][3] = {{0, 1, 2}};
     struct mesh *mesh = NULL;
-    assert_int_equal(sam_mesh_make(&mesh, point, normal, 3, triangle, 1, NULL), STATUS_OK);
+    assert_int_equal(cal_mesh_make(&mesh, point, normal, 3, triangle, 1, NULL), STATUS_OK);
     vec3 eye = {700.3, 2.2, 3.3};
-    struct crossing c = sam_cross_mesh((struct ray){eye, {-1, 0, 0}}, mesh);
+    mesh_hit c = cal_mesh_meet(mesh, eye, (vec3){-1, 0, 0});
     assert_near(c.s, 700.2, 1e-12 * 700);
     assert_near(c.normal.x, 1, 1e-15);
-    sam_mesh_free(mesh);
+    cal_mesh_free(mesh);
 }
 
 // ---- files
@@ -106,22 +107,22 @@ static void write_text(const char *text)
     assert_int_equal(fclose(file), 0);
 }
 
-// A square of two triangles, scaled by 3, turned about x by a quarter, put at (1, 2, 3): it comes
-// to lie in the plane y = 2, facing -y.
+// A square of two triangles, scaled by 3, turned about x by a quarter, moved: it comes to lie in
+// the plane y = 2, facing -y, about (1, 2, 3).
 static void test_a_file_is_placed(void **state)
 {
     (void)state;
     struct mesh *mesh = NULL;
     struct error err = {0};
     write_text("v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nf 1 2 3 4\n");
-    assert_int_equal(sam_mesh_read(&mesh, path, 3, (vec3){CAP_PI / 2, 0, 0}, (vec3){1, 2, 3}, &err),
-                     STATUS_OK);
-    assert_int_equal(sam_mesh_triangles(mesh), 2);
-    struct crossing c = sam_cross_mesh((struct ray){{3.9, -500, 5.9}, {0, 1, 0}}, mesh);
+    const pose world_from_file = {{CAP_PI / 2, 0, 0}, {-2, 2, 0}};
+    assert_int_equal(cal_mesh_read(&mesh, path, 3, world_from_file, &err), STATUS_OK);
+    assert_int_equal(cal_mesh_triangles(mesh), 2);
+    mesh_hit c = cal_mesh_meet(mesh, (vec3){3.9, -500, 5.9}, (vec3){0, 1, 0});
     assert_near(c.s, 502, 1e-6);  // Assimp's points are in single precision
     assert_near(c.normal.y, -1, 1e-6);
-    assert_true(sam_cross_mesh((struct ray){{4.1, -500, 3}, {0, 1, 0}}, mesh).s == INFINITY);
-    sam_mesh_free(mesh);
+    assert_true(cal_mesh_meet(mesh, (vec3){4.1, -500, 3}, (vec3){0, 1, 0}).s == INFINITY);
+    cal_mesh_free(mesh);
 }
 
 static void test_bad_files(void **state)
@@ -129,11 +130,11 @@ static void test_bad_files(void **state)
     (void)state;
     struct mesh *mesh = NULL;
     struct error err = {0};
-    const vec3 zero = {0, 0, 0};
-    assert_int_equal(sam_mesh_read(&mesh, "/nowhere/x.ply", 1, zero, zero, &err), STATUS_IO);
+    const pose as_it_is = {{0, 0, 0}, {0, 0, 0}};
+    assert_int_equal(cal_mesh_read(&mesh, "/nowhere/x.ply", 1, as_it_is, &err), STATUS_IO);
     assert_non_null(strstr(err.text, "/nowhere/x.ply"));
     write_text("v 0 0 0\nv 1 0 0\nl 1 2\n");
-    assert_int_not_equal(sam_mesh_read(&mesh, path, 1, zero, zero, &err), STATUS_OK);
+    assert_int_not_equal(cal_mesh_read(&mesh, path, 1, as_it_is, &err), STATUS_OK);
     assert_non_null(strstr(err.text, path));
     assert_null(mesh);
 }
@@ -147,7 +148,7 @@ static int set_up(void **state)
 
 static int clear(void **state)
 {
-    sam_mesh_free(*state);
+    cal_mesh_free(*state);
     return unlink(path);
 }
 

@@ -72,7 +72,34 @@ struct lamp {
     struct lamp_cue cue[CUES];
 };
 
-/** The sample, placed. */
+/** A scanned object: triangles with smooth normals. */
+struct mesh;
+/** Read PLY or OBJ (or what else Assimp reads), all of its meshes as one. Normals that the file
+ *  does not give are made, smooth over edges below 60 degrees. Lengths are multiplied by `scale`,
+ *  then placed by p_world = R p_file + t. On success the caller owns *mesh. STATUS_IO,
+ *  STATUS_FORMAT (no triangles), STATUS_MEMORY. */
+enum status cal_mesh_read(struct mesh **mesh, const char *path, double scale, pose world_from_file,
+                          struct error *err);
+/** From arrays: point and normal [points], triangle [triangles] of indices, counter-clockwise from
+ *  outside. */
+enum status cal_mesh_make(struct mesh **mesh, const vec3 *point, const vec3 *normal, int points,
+                          const unsigned (*triangle)[3], int triangles, struct error *err);
+void cal_mesh_free(struct mesh *mesh);
+/** A ball about the mesh, around the middle of the box about it. */
+void cal_mesh_reach(const struct mesh *mesh, vec3 *center, double *radius);
+void cal_mesh_move(struct mesh *mesh, vec3 by);
+int cal_mesh_triangles(const struct mesh *mesh);
+/** Where origin + s direction (unit) first meets a mesh with s > 0, far enough from the start not
+ *  to meet the surface it starts from: 1e-4 of the mesh's radius; s is INFINITY where it does not.
+ *  The normal is the smooth one, turned to the side of the ray's origin where it would show its
+ *  back. Any thread. */
+typedef struct {
+    double s;
+    vec3 normal;
+} mesh_hit;
+mesh_hit cal_mesh_meet(const struct mesh *mesh, vec3 origin, vec3 direction);
+
+/** The sample, placed. Of a mesh, radius and center are those of a ball about it. */
 struct sample {
     enum shape shape;
     double radius, height;
@@ -80,6 +107,9 @@ struct sample {
     double sigma_center[3], sigma_radius;
     double outline_rms_px;  // of the outline's edges about the fit; 0: not measured
     int outline_edges;
+    char *file;  // of a mesh: its path; owned by the calibration, as mesh is
+    pose world_from_file;
+    struct mesh *mesh;
 };
 
 /** A first guess of the sample's reflectance, good to a few per cent: tables of the flexible lobe
@@ -92,6 +122,10 @@ struct lobe_table {
 /** f [3] in 1/sr for the cosines of wi, wo and h with the normal, and of wi with h. */
 void cal_lobe_lookup(const struct lobe_table *table, double cos_i, double cos_o, double cos_h,
                      double cos_d, double f[3]);
+
+/** Read the mesh of a sample from its file, and set radius and center by it. Statuses are those of
+ *  cal_mesh_read. */
+enum status cal_sample_load(struct sample *sample, struct error *err);
 
 /** A square piece of lit board: it shines on the sample. Its sides are x and normal cross x. */
 struct glow {

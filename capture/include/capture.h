@@ -225,12 +225,15 @@ struct tag_place {
 vec3 cap_tag_corner(const struct tag_place *tag, int k);
 
 enum shape { SHAPE_NONE, SHAPE_SPHERE, SHAPE_CYLINDER, SHAPE_MESH };
-/** Where the sample is, nominally. A cylinder's height is its full length, its center the middle.
+/** Where the sample is, nominally. A cylinder's height is its full length, its center the middle. A
+ *  mesh stands where p_world = R p_file + t, R of a rotation vector.
  */
 struct sample_place {
     enum shape shape;
     double radius, height;
     vec3 center, axis;
+    char *file;  // of a mesh: its path
+    vec3 rotation, translation;
 };
 
 /** A flat diffuse white patch; corners run bottom left, bottom right, top right, top left. */

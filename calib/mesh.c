@@ -6,7 +6,7 @@
  * Accuracy. Points 1e-12 mm from the triangle's plane. Which of two neighbouring triangles is met
  *           within 1e-6 of the radius from their edge is Embree's choice.
  */
-#include "mesh.h"
+#include "calib.h"
 
 #include <assert.h>
 #include <embree3/rtcore.h>
@@ -22,7 +22,7 @@ struct mesh {
     RTCScene scene;
 };
 
-void sam_mesh_free(struct mesh *mesh)
+void cal_mesh_free(struct mesh *mesh)
 {
     if (!mesh)
         return;
@@ -36,7 +36,7 @@ void sam_mesh_free(struct mesh *mesh)
     free(mesh);
 }
 
-/** The middle of the box about the points. */
+// The middle of the box about the points.
 static vec3 middle_of(const vec3 *point, int points)
 {
     vec3 low = point[0], high = point[0];
@@ -47,7 +47,7 @@ static vec3 middle_of(const vec3 *point, int points)
     return vec3_scale(vec3_add(low, high), 0.5);
 }
 
-/** Hand the triangles to Embree. One thread builds: the same tree on every machine. */
+// Hand the triangles to Embree. One thread builds: the same tree on every machine.
 static bool build(struct mesh *mesh)
 {
     mesh->device = rtcNewDevice("threads=1");
@@ -77,7 +77,7 @@ static bool build(struct mesh *mesh)
     return at && index && rtcGetDeviceError(mesh->device) == RTC_ERROR_NONE;
 }
 
-enum status sam_mesh_make(struct mesh **out, const vec3 *point, const vec3 *normal, int points,
+enum status cal_mesh_make(struct mesh **out, const vec3 *point, const vec3 *normal, int points,
                           const unsigned (*triangle)[3], int triangles, struct error *err)
 {
     assert(points > 0 && triangles > 0);
@@ -103,36 +103,41 @@ enum status sam_mesh_make(struct mesh **out, const vec3 *point, const vec3 *norm
         made = build(mesh);
     }
     if (!made) {
-        sam_mesh_free(mesh);
+        cal_mesh_free(mesh);
         return cap_fail(err, STATUS_MEMORY, "a mesh of %d triangles: out of memory", triangles);
     }
     *out = mesh;
     return STATUS_OK;
 }
 
-void sam_mesh_reach(const struct mesh *mesh, vec3 *center, double *radius)
+void cal_mesh_reach(const struct mesh *mesh, vec3 *center, double *radius)
 {
     *center = mesh->center;
     *radius = mesh->radius;
 }
 
-int sam_mesh_triangles(const struct mesh *mesh)
+void cal_mesh_move(struct mesh *mesh, vec3 by)
+{
+    mesh->center = vec3_add(mesh->center, by);
+}
+
+int cal_mesh_triangles(const struct mesh *mesh)
 {
     return mesh->triangles;
 }
 
-/** The triangle that a ray from a place about the middle meets beyond `near`; -1: none. */
-static int find_triangle(const struct mesh *mesh, struct ray ray, double near)
+// The triangle that a ray from a place about the middle meets beyond `near`; -1: none.
+static int find_triangle(const struct mesh *mesh, vec3 origin, vec3 direction, double near)
 {
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     struct RTCRayHit hit = {
-        .ray = {.org_x = (float)ray.origin.x,
-                .org_y = (float)ray.origin.y,
-                .org_z = (float)ray.origin.z,
-                .dir_x = (float)ray.direction.x,
-                .dir_y = (float)ray.direction.y,
-                .dir_z = (float)ray.direction.z,
+        .ray = {.org_x = (float)origin.x,
+                .org_y = (float)origin.y,
+                .org_z = (float)origin.z,
+                .dir_x = (float)direction.x,
+                .dir_y = (float)direction.y,
+                .dir_z = (float)direction.z,
                 .tnear = (float)near,
                 .tfar = INFINITY,
                 .mask = 0xFFFFFFFFu},
@@ -142,39 +147,39 @@ static int find_triangle(const struct mesh *mesh, struct ray ray, double near)
     return hit.hit.geomID == RTC_INVALID_GEOMETRY_ID ? -1 : (int)hit.hit.primID;
 }
 
-/** Where the ray meets a triangle's plane, and the normal there between the corners'. Barycentric
- *  coordinates are Moeller and Trumbore's; Embree's rounding may leave the triangle by 1e-6, which
- *  is kept within. */
-static struct crossing on_triangle(const struct mesh *mesh, struct ray ray, int index)
+// Where the ray meets a triangle's plane, and the normal there between the corners'. Barycentric
+// coordinates are Moeller and Trumbore's; Embree's rounding may leave the triangle by 1e-6, which
+// is kept within.
+static mesh_hit on_triangle(const struct mesh *mesh, vec3 origin, vec3 direction, int index)
 {
     const unsigned *corner = mesh->triangle[index];
     vec3 a = mesh->point[corner[0]];
     vec3 ab = vec3_sub(mesh->point[corner[1]], a), ac = vec3_sub(mesh->point[corner[2]], a);
-    vec3 from = vec3_sub(ray.origin, a), across = vec3_cross(ray.direction, ac);
+    vec3 from = vec3_sub(origin, a), across = vec3_cross(direction, ac);
     vec3 up = vec3_cross(from, ab);
     double scale = 1 / vec3_dot(ab, across);
     double u = fmin(fmax(vec3_dot(from, across) * scale, 0), 1);
-    double v = fmin(fmax(vec3_dot(ray.direction, up) * scale, 0), 1 - u);
+    double v = fmin(fmax(vec3_dot(direction, up) * scale, 0), 1 - u);
     vec3 n = vec3_scale(mesh->normal[corner[0]], 1 - u - v);
     n = vec3_add(n, vec3_scale(mesh->normal[corner[1]], u));
     n = vec3_normalize(vec3_add(n, vec3_scale(mesh->normal[corner[2]], v)));
     vec3 flat = vec3_normalize(vec3_cross(ab, ac));
-    if (vec3_dot(flat, ray.direction) * vec3_dot(n, ray.direction) < 0)  // the smooth back shows:
-        n = flat;                                                        // the facet's own face
-    return (struct crossing){.s = vec3_dot(ac, up) * scale, .normal = n};
+    if (vec3_dot(flat, direction) * vec3_dot(n, direction) < 0)  // the smooth back shows:
+        n = flat;                                                // the facet's own face
+    return (mesh_hit){.s = vec3_dot(ac, up) * scale, .normal = n};
 }
 
-struct crossing sam_cross_mesh(struct ray ray, const struct mesh *mesh)
+mesh_hit cal_mesh_meet(const struct mesh *mesh, vec3 origin, vec3 direction)
 {
     static const double CLEAR = 1e-4;  // of the radius: rounding in single precision is 1e-7
-    struct ray local = {vec3_sub(ray.origin, mesh->center), ray.direction};
-    double enter = -vec3_dot(local.origin, local.direction) - mesh->radius;
+    vec3 local = vec3_sub(origin, mesh->center);
+    double enter = -vec3_dot(local, direction) - mesh->radius;
     double skip = fmax(0, enter);  // up to where the ball about the mesh may begin
-    local.origin = sam_at(local, skip);
-    int index = find_triangle(mesh, local, skip > 0 ? 0 : CLEAR * mesh->radius);
+    local = vec3_add(local, vec3_scale(direction, skip));
+    int index = find_triangle(mesh, local, direction, skip > 0 ? 0 : CLEAR * mesh->radius);
     if (index < 0)
-        return (struct crossing){.s = INFINITY};
-    struct crossing c = on_triangle(mesh, local, index);
-    c.s += skip;
-    return c;
+        return (mesh_hit){.s = INFINITY};
+    mesh_hit hit = on_triangle(mesh, local, direction, index);
+    hit.s += skip;
+    return hit;
 }

@@ -1,6 +1,5 @@
 /* mesh_read.c -- files of meshes, through Assimp's C interface. */
 #include "calib.h"
-#include "mesh.h"
 
 #include <assimp/cimport.h>
 #include <assimp/postprocess.h>
@@ -53,24 +52,18 @@ static bool gather(struct soup *soup, const struct aiScene *scene)
     return true;
 }
 
-/** Turn and scale about the middle of the box, and put that at `center`. */
-static void place(struct soup *soup, double scale, vec3 rotation, vec3 center)
+static void place(struct soup *soup, double scale, pose world_from_file)
 {
-    mat3 r = cal_rotation(rotation);
-    vec3 low = soup->point[0], high = low;
+    mat3 r = cal_rotation(world_from_file.rotation);
     for (int i = 0; i < soup->points; i++) {
-        vec3 p = soup->point[i] = mat3_mul(&r, vec3_scale(soup->point[i], scale));
+        soup->point[i] =
+            vec3_add(mat3_mul(&r, vec3_scale(soup->point[i], scale)), world_from_file.translation);
         soup->normal[i] = mat3_mul(&r, soup->normal[i]);
-        low = i ? (vec3){fmin(low.x, p.x), fmin(low.y, p.y), fmin(low.z, p.z)} : p;
-        high = i ? (vec3){fmax(high.x, p.x), fmax(high.y, p.y), fmax(high.z, p.z)} : p;
     }
-    vec3 move = vec3_sub(center, vec3_scale(vec3_add(low, high), 0.5));
-    for (int i = 0; i < soup->points; i++)
-        soup->point[i] = vec3_add(soup->point[i], move);
 }
 
-enum status sam_mesh_read(struct mesh **mesh, const char *path, double scale, vec3 rotation,
-                          vec3 center, struct error *err)
+enum status cal_mesh_read(struct mesh **mesh, const char *path, double scale, pose world_from_file,
+                          struct error *err)
 {
     const unsigned steps = aiProcess_Triangulate | aiProcess_JoinIdenticalVertices
                            | aiProcess_PreTransformVertices | aiProcess_GenSmoothNormals;
@@ -87,8 +80,8 @@ enum status sam_mesh_read(struct mesh **mesh, const char *path, double scale, ve
     else if (soup.triangles == 0)
         status = cap_fail(err, STATUS_FORMAT, "%s: holds no triangles", path);
     else {
-        place(&soup, scale, rotation, center);
-        status = sam_mesh_make(mesh, soup.point, soup.normal, soup.points,
+        place(&soup, scale, world_from_file);
+        status = cal_mesh_make(mesh, soup.point, soup.normal, soup.points,
                                (const unsigned(*)[3])soup.triangle, soup.triangles, err);
     }
     free(soup.point);
@@ -97,5 +90,16 @@ enum status sam_mesh_read(struct mesh **mesh, const char *path, double scale, ve
     aiReleaseImport(scene);
     if (options)
         aiReleasePropertyStore(options);
+    return status;
+}
+
+enum status cal_sample_load(struct sample *sample, struct error *err)
+{
+    if (!sample->file)
+        return cap_fail(err, STATUS_FORMAT, "sample: a mesh needs its `file`");
+    enum status status =
+        cal_mesh_read(&sample->mesh, sample->file, 1, sample->world_from_file, err);
+    if (!status)
+        cal_mesh_reach(sample->mesh, &sample->center, &sample->radius);
     return status;
 }
