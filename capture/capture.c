@@ -311,6 +311,9 @@ void cap_capture_free(struct capture *capture)
     free(capture->camera);
     free(capture->response_file);
     free(capture->sample.file);
+    for (int i = 0; i < capture->occluders; i++)
+        free(capture->occluder[i].file);
+    free(capture->occluder);
     free_frames(&capture->flat_frames);
     free_frames(&capture->dark_frames);
     free_frames(&capture->ambient_frames);

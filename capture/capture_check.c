@@ -273,16 +273,10 @@ static enum status check_noise(struct capture *capture, const struct capture_yam
 
 static enum status check_supported(const struct capture_yaml *yaml, struct error *err)
 {
-    static const char *const later[] = {"occluders"};
     if (yaml->root->goniocam != 1)
         return yaml_source_fail(&yaml->source, err, "goniocam",
                                 "format %d is unknown to this version, which reads format 1",
                                 yaml->root->goniocam);
-    for (size_t i = 0; i < sizeof later / sizeof *later; i++)
-        if (is_there(yaml, later[i]))
-            return yaml_source_fail(&yaml->source, err, later[i],
-                                    "is not supported by this version; remove it to go on "
-                                    "without");
     return STATUS_OK;
 }
 
@@ -302,6 +296,8 @@ enum status capture_check(struct capture *capture, const struct capture_yaml *ya
         status = check_response(capture, yaml, err);
     if (!status)
         status = check_noise(capture, yaml, err);
+    if (!status)
+        status = capture_check_occluders(capture, yaml, err);
     return status;
 }
 

@@ -88,6 +88,20 @@ static const cyaml_schema_field_t noise_fields[] = {
     NUMBER("gain", MAY, yaml_noise, gain), NUMBER("read_noise", MAY, yaml_noise, read_noise),
     CYAML_FIELD_END};
 
+static const cyaml_schema_field_t occluder_fields[] = {
+    TEXT("shape", NEED, yaml_occluder, shape),
+    NUMBER("radius", MAY, yaml_occluder, radius),
+    NUMBER("height", MAY, yaml_occluder, height),
+    POINT("center", MAY, yaml_occluder, center),
+    POINT("axis", MAY, yaml_occluder, axis),
+    POINT("size", MAY, yaml_occluder, size),
+    POINT("rotation", MAY, yaml_occluder, rotation),
+    TEXT("file", MAY, yaml_occluder, file),
+    CYAML_FIELD_SEQUENCE_FIXED("pose", MAY, struct yaml_occluder, pose, &number, 6),
+    CYAML_FIELD_END};
+static const cyaml_schema_value_t occluder = {
+    CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct yaml_occluder, occluder_fields)};
+
 static const cyaml_schema_field_t root_fields[] = {
     CYAML_FIELD_INT("goniocam", NEED, struct capture_yaml_root, goniocam),
     MAP("board", MAY, capture_yaml_root, board, board_fields),
@@ -102,7 +116,7 @@ static const cyaml_schema_field_t root_fields[] = {
     LIST("dark", MAY, capture_yaml_root, dark, darks, &text),
     LIST("flat", MAY, capture_yaml_root, flat, flats, &text),
     LIST("ambient", MAY, capture_yaml_root, ambient, ambients, &text),
-    CYAML_FIELD_IGNORE("occluders", CYAML_FLAG_OPTIONAL),  // capture_check() tells that they wait
+    LIST("occluders", MAY, capture_yaml_root, occluder, occluders, &occluder),
     CYAML_FIELD_END};
 // clang-format on
 static const cyaml_schema_value_t root = {
@@ -111,7 +125,7 @@ static const cyaml_schema_value_t root = {
 static const struct yaml_rules rules = {
     .lists =
         (const char *const[]){"reference", "photos.pattern", "lights[].photos", "shots[].photos",
-                              "overrides[].photos", "dark", "flat", "ambient", NULL},
+                              "overrides[].photos", "dark", "flat", "ambient", "occluders", NULL},
     .texts = (const char *const[]){"board.family", "sample.shape", "sample.file", "photos.pattern",
                                    "lights[].name", "lights[].photos", "lights[].frame",
                                    "shots[].name", "shots[].photos", "overrides[].photos",

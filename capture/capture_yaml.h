@@ -42,6 +42,10 @@ struct yaml_override {
     char *exposure_time;  // "0.033" or "1/30"
     double aperture, iso, focal_length;
 };
+struct yaml_occluder {
+    char *shape, *file;
+    double radius, height, center[3], axis[3], size[3], rotation[3], pose[6];
+};
 struct yaml_noise {
     double black, white, gain, read_noise;
 };
@@ -60,9 +64,10 @@ struct capture_yaml {
         struct yaml_shot *shot;
         struct yaml_override *override;
         struct yaml_noise *noise;
+        struct yaml_occluder *occluder;
         char *response;
         char **dark, **flat, **ambient;
-        unsigned patches, lights, shots, overrides, darks, flats, ambients;
+        unsigned patches, lights, shots, overrides, darks, flats, ambients, occluders;
     } * root;
 };
 
@@ -76,4 +81,8 @@ bool capture_yaml_matches(char *const *glob, unsigned globs, const char *name);
  *  *capture. STATUS_FORMAT with file, line and key. */
 enum status capture_check(struct capture *capture, const struct capture_yaml *yaml,
                           struct error *err);
+/** Its part of that: what stands in the way (occluders.c). */
+enum status capture_check_occluders(struct capture *capture, const struct capture_yaml *yaml,
+                                    struct error *err);
+
 #endif

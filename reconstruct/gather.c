@@ -14,6 +14,7 @@ struct gathering {
     const struct calibration *calibration;
     const struct lens_table *lens;  // [cameras]
     const struct board_extent *board;
+    const struct blockers *blockers;
     const struct consensus *consensus;
     struct samples_file *samples;
     const char *out;
@@ -141,6 +142,7 @@ static enum status add_shot(struct harvest *h, const struct gathering *g, int vi
     if (!status && c->sample.shape == SHAPE_MESH)
         status = rec_raster_make(&raster, &v, box, err);
     v.raster = c->sample.shape == SHAPE_MESH ? &raster : NULL;
+    v.blockers = g->blockers;
     v.bounce = &bounce;
     v.consensus = g->consensus;
     v.bounce_scatter = g->consensus ? g->consensus->bounce_scatter : 0;
@@ -210,16 +212,24 @@ static void gather_shots(struct tally *total, struct census *census, struct gath
 
 enum status rec_gather(struct bins *bins, struct census *census,
                        const struct calibration *calibration, const struct board_extent *board,
-                       const struct consensus *consensus, struct samples_file *samples,
-                       const char *out, struct run *run, struct error *err)
+                       const struct blockers *blockers, const struct consensus *consensus,
+                       struct samples_file *samples, const char *out, struct run *run,
+                       struct error *err)
 {
     struct lens_table *lens = NULL;
     struct tally total = {0};
     struct census seen = {0};
     enum status status = make_lenses(&lens, calibration, err);
     if (!status) {
-        struct gathering g = {calibration, lens, board,     consensus, samples,
-                              out,         run,  STATUS_OK, err};
+        struct gathering g = {.calibration = calibration,
+                              .lens = lens,
+                              .board = board,
+                              .blockers = blockers,
+                              .consensus = consensus,
+                              .samples = samples,
+                              .out = out,
+                              .run = run,
+                              .err = err};
         gather_shots(&total, &seen, &g);
         status = g.status;
     }

@@ -24,7 +24,8 @@ void rec_census_add(struct census *to, const struct census *from);
  * the maps; STATUS_DATA: no sample at all. */
 enum status rec_gather(struct bins *bins, struct census *census,
                        const struct calibration *calibration, const struct board_extent *board,
-                       const struct consensus *consensus, struct samples_file *samples,
-                       const char *out, struct run *run, struct error *err);
+                       const struct blockers *blockers, const struct consensus *consensus,
+                       struct samples_file *samples, const char *out, struct run *run,
+                       struct error *err);
 
 #endif

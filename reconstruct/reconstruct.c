@@ -15,6 +15,7 @@ struct job {
     struct run *run;
     struct capture capture;
     struct calibration calibration;
+    struct blockers blockers;
     int all_views;  // of the calibration, also those left out
     bool *usable;   // [shots]
     char hash[33];
@@ -112,8 +113,8 @@ static enum status gather(struct job *j, const char *stage, const struct consens
     bool has_board = board_of(&board, &j->capture);
     cap_stage(j->run, stage, j->calibration.views);
     rec_team_next_stage(j->run);
-    return rec_gather(&j->bins, &j->census, &j->calibration, has_board ? &board : NULL, consensus,
-                      samples, j->out, j->run, err);
+    return rec_gather(&j->bins, &j->census, &j->calibration, has_board ? &board : NULL,
+                      &j->blockers, consensus, samples, j->out, j->run, err);
 }
 
 // All photosites as they come, and what the bins so found say of their neighbours. The fit stays
@@ -291,6 +292,7 @@ static void free_job(struct job *j)
     rec_bins_free(&j->bins);
     j->calibration.views = j->all_views > 0 ? j->all_views : j->calibration.views;
     cal_calibration_free(&j->calibration);
+    rec_blockers_free(&j->blockers);
     cap_capture_free(&j->capture);
     free(j->usable);
     free(j->status);
@@ -331,6 +333,8 @@ enum status rec_reconstruct(struct summary *summary, const struct request *reque
         status = rec_team_agree(rec_leads() ? calibrate(&j, err) : STATUS_OK, err);
     if (!status)
         status = rec_team_tell_calibration(&j.calibration, err);
+    if (!status)
+        status = rec_team_agree(rec_blockers_make(&j.blockers, &j.capture, err), err);
     if (!status)
         status = look_again(&j, err);
     if (!status && rec_leads())

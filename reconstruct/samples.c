@@ -23,11 +23,22 @@ static bool behind_board(const struct board_extent *board, vec3 a, vec3 b)
     return x > board->low[0] && x < board->high[0] && y > board->low[1] && y < board->high[1];
 }
 
-static bool occluded(const struct viewing *v, vec3 point)
+// What keeps a used photosite from being seen or lit; FATE_USED: nothing.
+static enum fate blocked(const struct viewing *v, const struct strip *s, int i)
 {
+    vec3 point = rec_lane(&s->point, i);
+    bool at_infinity = v->lamp->at_infinity;
     if (behind_board(v->board, v->eye, point))
-        return true;
-    return !v->lamp->at_infinity && behind_board(v->board, v->lamp_position, point);
+        return FATE_OCCLUDED;
+    if (!at_infinity && behind_board(v->board, v->lamp_position, point))
+        return FATE_SHADOWED;
+    if (!v->blockers || v->blockers->count == 0)
+        return FATE_USED;
+    double margin = v->photosite * vec3_length(vec3_sub(v->eye, point));
+    if (rec_blocked(v->blockers, v->eye, point, margin))
+        return FATE_OCCLUDED;
+    vec3 lamp = cal_lamp_position(v->lamp, v->view->view_from_world);
+    return rec_blocked(v->blockers, lamp, point, margin) ? FATE_SHADOWED : FATE_USED;
 }
 
 /** What the photosites of a strip read in one channel. */
@@ -216,8 +227,8 @@ void rec_strip_make(struct strip *s, const struct viewing *v, const struct radia
 {
     rec_strip_footprints(s, v);
     for (int i = 0; i < LANES; i++)
-        if (s->fate[i] == FATE_USED && occluded(v, rec_lane(&s->point, i)))
-            s->fate[i] = FATE_OCCLUDED;
+        if (s->fate[i] == FATE_USED)
+            s->fate[i] = blocked(v, s, i);
     if (!rec_strip_any(s))
         return;
     rec_strip_angles(s);

@@ -2,6 +2,7 @@
 #ifndef GONIOCAM_REFLECTANCE_SAMPLES_H
 #define GONIOCAM_REFLECTANCE_SAMPLES_H
 
+#include "blockers.h"
 #include "lens_table.h"
 #include "reconstruct.h"
 
@@ -46,11 +47,13 @@ struct viewing {
     const struct sample *sample;
     const struct lens_table *lens;
     const struct board_extent *board;   // may be NULL
+    const struct blockers *blockers;    // may be NULL
     const struct raster *raster;        // of a mesh, else NULL
     struct bounce_map *bounce;          // the lit board's light, may be NULL: there is none
     const struct consensus *consensus;  // what is known of f already, may be NULL: nothing
     mat3 view_from_world;
     vec3 eye, lamp_position;
+    double photosite;       // 1.5 photosites, in radians: how near a blocker's edge may be
     double light[3];        // intensity (or irradiance) times power
     double shake;           // 1 sigma of the ray at the sample from the pose, mm
     double dimming;         // 1 sigma of ln(light)

@@ -26,6 +26,9 @@ struct viewing rec_viewing(const struct calibration *calibration, int view,
         .board = board,
         .view_from_world = cal_rotation(of->view_from_world.rotation),
         .eye = cal_eye(of->view_from_world),
+        .photosite = 1.5
+                     / fmin(calibration->camera[of->camera].focal[0],
+                            calibration->camera[of->camera].focal[1]),
     };
     if (!lamp->at_infinity)
         v.lamp_position = cal_lamp_position(lamp, of->view_from_world);

@@ -271,6 +271,60 @@ static void test_the_board_hides_what_is_behind_it(void **state)
     free_scene(s);
 }
 
+// A rod of 3 mm radius before the ball hides a strip of it, and throws a shadow of about its width;
+// what it leaves is as it was.
+static void test_a_rod_hides_and_shadows(void **state)
+{
+    (void)state;
+    struct scene *s = make_scene("lambert", grey);
+    shoot(s);
+    struct occluder rod = {.shape = OCCLUDER_CYLINDER,
+                           .radius = 3,
+                           .height = 200,
+                           .center = {-12, 0, 355},
+                           .axis = {0, 1, 0}};
+    struct blocker blocker = {.of = &rod};
+    struct blockers blockers = {&blocker, 1};
+    struct viewing free_view = rec_viewing(&s->calibration, 0, &s->lens, NULL), v = free_view;
+    v.blockers = &blockers;
+    int count[FATES] = {0};
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            reflectance_sample a, b;
+            bool hit;
+            enum fate before = sample_at(&a, &free_view, &s->map, x, y, &hit);
+            enum fate fate = sample_at(&b, &v, &s->map, x, y, &hit);
+            count[fate]++;
+            if (before != FATE_USED || fate == FATE_USED)
+                assert_int_equal(fate, before);
+            // The ray through x = -12 +- 3 mm at z = 355 is hidden, with 1.5 photosites more.
+            double u = (x - s->camera.center[0]) / s->camera.focal[0] * 355 + 12;
+            if (before == FATE_USED && fabs(u) < 3)
+                assert_int_equal(fate, FATE_OCCLUDED);
+            if (fate == FATE_OCCLUDED)
+                assert_true(fabs(u) < 3 + 2.5 * 355 / s->camera.focal[0]);
+        }
+    assert_true(count[FATE_OCCLUDED] > 200 && count[FATE_SHADOWED] > 100);
+    free_scene(s);
+}
+
+static void test_a_turned_box_blocks(void **state)
+{
+    (void)state;
+    // 2 x 20 x 2 mm about (10, 0, 0), turned by a quarter about z: it lies along x.
+    struct occluder box = {.shape = OCCLUDER_BOX,
+                           .center = {10, 0, 0},
+                           .size = {2, 20, 2},
+                           .rotation = {0, 0, CAP_PI / 2}};
+    struct blocker blocker = {&box, cal_rotation((vec3){0, 0, -CAP_PI / 2}), NULL};
+    struct blockers blockers = {&blocker, 1};
+    vec3 below = {1, 0, -5}, above = {1, 0, 5}, beside = {-0.5, 0, 5};
+    assert_true(rec_blocked(&blockers, below, above, 0));
+    assert_false(rec_blocked(&blockers, (vec3){-0.5, 0, -5}, beside, 0));
+    assert_true(rec_blocked(&blockers, (vec3){-0.5, 0, -5}, beside, 0.6));
+    assert_false(rec_blocked(&blockers, (vec3){1, 0, 2}, above, 0));  // the segment ends before it
+}
+
 // A cylinder's normal at the middle of its face looks back along the ray; its ends are edges.
 static void test_cylinder(void **state)
 {
@@ -299,6 +353,8 @@ int main(void)
         cmocka_unit_test(test_fates),
         cmocka_unit_test(test_systematic_errors_are_derivatives),
         cmocka_unit_test(test_the_board_hides_what_is_behind_it),
+        cmocka_unit_test(test_a_rod_hides_and_shadows),
+        cmocka_unit_test(test_a_turned_box_blocks),
         cmocka_unit_test(test_cylinder),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -236,6 +236,16 @@ struct sample_place {
     vec3 rotation, translation;
 };
 
+/** A solid that stands in the way of light or view. A cylinder as the sample's; a box with its
+ *  middle, its size along its own axes and a rotation vector; a mesh with its file's pose:
+ * rotation, and the translation in center. */
+struct occluder {
+    enum { OCCLUDER_CYLINDER, OCCLUDER_BOX, OCCLUDER_MESH } shape;
+    double radius, height;
+    vec3 center, axis, size, rotation;
+    char *file;
+};
+
 /** A flat diffuse white patch; corners run bottom left, bottom right, top right, top left. */
 struct patch {
     double albedo;
@@ -301,6 +311,8 @@ struct capture {
     int tags;
     struct sample_place sample;
     struct patch *patch;
+    struct occluder *occluder;
+    int occluders;
     int patches;
     struct light_place *light;  // at least one: without `lights`, all photographs share "light"
     int lights;
