@@ -28,9 +28,9 @@ static double unfix(fixed128 x)
     return (double)x / unit;
 }
 
-enum status rec_tally_begin(struct tally *tally, struct error *err)
+enum status rec_tally_begin(struct tally *tally, struct grid grid, struct error *err)
 {
-    struct tally t = {.slot = calloc(MERL_BINS, sizeof *t.slot)};
+    struct tally t = {.slot = calloc((size_t)rec_grid_bins(grid), sizeof *t.slot), .grid = grid};
     if (!t.slot)
         return cap_fail(err, STATUS_MEMORY, "no memory for bins");
     *tally = t;
@@ -108,7 +108,7 @@ enum status rec_tally_add_sums(struct tally *tally, int bin, const struct bin_su
 enum status rec_tally_merge(struct tally *tally, const struct tally *from, struct error *err)
 {
     enum status status = STATUS_OK;
-    for (int bin = 0; bin < MERL_BINS && !status; bin++)
+    for (int bin = 0; bin < rec_grid_bins(from->grid) && !status; bin++)
         if (from->slot[bin])
             status = rec_tally_add_sums(tally, bin, &from->sums[from->slot[bin] - 1], err);
     return status;
@@ -121,18 +121,14 @@ static double keep_within(double x, double low, double high)
     return fmin(fmax(x, low + hair), high - hair);
 }
 
-static half_diff centroid(const fixed128 w_angle[3], double w, int bin)
+static half_diff centroid(const fixed128 w_angle[3], double w, struct grid grid, int bin)
 {
-    int p = bin % MERL_PHI_D, d = bin / MERL_PHI_D % MERL_THETA_D;
-    int h = bin / (MERL_PHI_D * MERL_THETA_D);
-    double quarter = CAP_PI / 2;
-    double r0 = (double)h / MERL_THETA_H, r1 = (h + 1.0) / MERL_THETA_H;
+    half_diff low, high;
+    rec_grid_ranges(grid, bin, &low, &high);
     return (half_diff){
-        .theta_h = keep_within(unfix(w_angle[0]) / w, r0 * r0 * quarter, r1 * r1 * quarter),
-        .theta_d = keep_within(unfix(w_angle[1]) / w, quarter * d / MERL_THETA_D,
-                               quarter * (d + 1) / MERL_THETA_D),
-        .phi_d = keep_within(unfix(w_angle[2]) / w, CAP_PI * p / MERL_PHI_D,
-                             CAP_PI * (p + 1) / MERL_PHI_D),
+        .theta_h = keep_within(unfix(w_angle[0]) / w, low.theta_h, high.theta_h),
+        .theta_d = keep_within(unfix(w_angle[1]) / w, low.theta_d, high.theta_d),
+        .phi_d = keep_within(unfix(w_angle[2]) / w, low.phi_d, high.phi_d),
     };
 }
 
@@ -142,18 +138,18 @@ static fixed128 weight_of(const struct bin_sums *s, int c)
     return s->w - s->own_w[(c + 1) % 3] - s->own_w[(c + 2) % 3];
 }
 
-static half_diff own_centroid(const struct bin_sums *s, int c, int bin)
+static half_diff own_centroid(const struct bin_sums *s, int c, struct grid grid, int bin)
 {
     fixed128 w_angle[3];
     for (int i = 0; i < 3; i++)
         w_angle[i] =
             s->w_angle[i] - s->own_w_angle[(c + 1) % 3][i] - s->own_w_angle[(c + 2) % 3][i];
-    return centroid(w_angle, unfix(weight_of(s, c)), bin);
+    return centroid(w_angle, unfix(weight_of(s, c)), grid, bin);
 }
 
 // A channel that no photosite in the bin measured, from those between whose neighbours it is known.
 // Neighbours share photosites: their noise is taken as one.
-static void finish_lent(struct bin *b, const struct bin_sums *s, int c)
+static void finish_lent(struct bin *b, const struct bin_sums *s, struct grid grid, int c)
 {
     double w = unfix(s->lent_w[c]);
     b->lent[c] = true;
@@ -161,10 +157,10 @@ static void finish_lent(struct bin *b, const struct bin_sums *s, int c)
     b->noise[c] = unfix(s->lent_w_noise[c]) / w;
     b->sigma[c] = hypot(b->noise[c], b->mean[c] * b->systematic);
     b->swapped[c] = b->swapped_noise[c] = NAN;
-    b->own[c] = centroid(s->lent_w_angle[c], w, b->index);
+    b->own[c] = centroid(s->lent_w_angle[c], w, grid, b->index);
 }
 
-static void finish_channel(struct bin *b, const struct bin_sums *s, int c)
+static void finish_channel(struct bin *b, const struct bin_sums *s, struct grid grid, int c)
 {
     double w = unfix(weight_of(s, c)), back = unfix(s->w_back);
     bool mosaic = s->own_w[0] > 0 || s->own_w[1] > 0 || s->own_w[2] > 0;
@@ -179,25 +175,25 @@ static void finish_channel(struct bin *b, const struct bin_sums *s, int c)
     double noise_back = sqrt(unfix(s->ww_noise_back[c])) / back;
     b->swapped[c] = both ? forth - unfix(s->w_f_back[c]) / back : NAN;
     b->swapped_noise[c] = both ? hypot(noise_forth, noise_back) : NAN;
-    b->own[c] = own_centroid(s, c, b->index);
+    b->own[c] = own_centroid(s, c, grid, b->index);
 }
 
-static struct bin finish_bin(const struct bin_sums *s, int index)
+static struct bin finish_bin(const struct bin_sums *s, struct grid grid, int index)
 {
     double w = unfix(s->w);
     struct bin b = {
         .index = index,
         .count = s->count > INT32_MAX ? INT32_MAX : (int32_t)s->count,
-        .centroid = centroid(s->w_angle, w, index),
+        .centroid = centroid(s->w_angle, w, grid, index),
         .systematic = unfix(s->w_systematic) / w,
         .tilt = unfix(s->w_tilt) / w,
         .spread = {unfix(s->w_spread[0]) / w, unfix(s->w_spread[1]) / w},
     };
     for (int c = 0; c < 3; c++)
         if (weight_of(s, c) > 0)
-            finish_channel(&b, s, c);
+            finish_channel(&b, s, grid, c);
         else
-            finish_lent(&b, s, c);
+            finish_lent(&b, s, grid, c);
     return b;
 }
 
@@ -215,10 +211,10 @@ enum status rec_tally_finish(struct bins *bins, const struct tally *tally, struc
     if (!bin)
         return out_of_memory(err);
     int count = 0;
-    for (int i = 0; i < MERL_BINS; i++)
+    for (int i = 0; i < rec_grid_bins(tally->grid); i++)
         if (tally->slot[i] && in_every_channel(&tally->sums[tally->slot[i] - 1]))
-            bin[count++] = finish_bin(&tally->sums[tally->slot[i] - 1], i);
-    *bins = (struct bins){bin, count};
+            bin[count++] = finish_bin(&tally->sums[tally->slot[i] - 1], tally->grid, i);
+    *bins = (struct bins){bin, count, tally->grid};
     return STATUS_OK;
 }
 

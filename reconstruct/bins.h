@@ -20,13 +20,14 @@ struct bin_sums {
 
 /** Sums of the bins met so far: grows with bins, not with samples. {0} is empty. */
 struct tally {
-    int32_t *slot;  // [MERL_BINS]: 1 + index into sums, 0 where no sample fell
+    int32_t *slot;  // [bins of the grid]: 1 + index into sums, 0 where no sample fell
     struct bin_sums *sums;
     int count, room;
+    struct grid grid;
 };
 
 /** STATUS_MEMORY. */
-enum status rec_tally_begin(struct tally *tally, struct error *err);
+enum status rec_tally_begin(struct tally *tally, struct grid grid, struct error *err);
 void rec_tally_free(struct tally *tally);
 /** A number as the sums keep it. Requires |x| < 2^63. */
 fixed128 rec_fix(double x);

@@ -12,7 +12,10 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-enum { SLAB = MERL_THETA_D * MERL_PHI_D };
+static int slab_of(struct grid grid)
+{
+    return grid.theta_d * grid.phi_d;
+}
 
 enum number { AS_INT, AS_FLOAT, AS_DOUBLE };
 
@@ -134,10 +137,12 @@ static bool put_number(hid_t to, const char *name, double value)
 }
 
 // A chunked, deflated dataset of the table's shape; what is never written reads as `fill`.
-static hid_t create(hid_t file, const char *name, int values, hid_t type, double fill)
+static hid_t create(hid_t file, const char *name, struct grid grid, int values, hid_t type,
+                    double fill)
 {
-    hsize_t size[4] = {MERL_THETA_H, MERL_THETA_D, MERL_PHI_D, (hsize_t)values};
-    hsize_t chunk[4] = {1, MERL_THETA_D, MERL_PHI_D, (hsize_t)values};
+    hsize_t size[4] = {(hsize_t)grid.theta_h, (hsize_t)grid.theta_d, (hsize_t)grid.phi_d,
+                       (hsize_t)values};
+    hsize_t chunk[4] = {1, size[1], size[2], size[3]};
     int rank = values > 1 ? 4 : 3;
     hid_t space = H5Screate_simple(rank, size, NULL), how = H5Pcreate(H5P_DATASET_CREATE);
     H5Pset_chunk(how, rank, chunk);
@@ -152,10 +157,11 @@ static hid_t create(hid_t file, const char *name, int values, hid_t type, double
 }
 
 // Read or write the slab of one theta_h.
-static bool transfer(hid_t set, int h, int values, hid_t memory_type, void *slab, bool write)
+static bool transfer(hid_t set, struct grid grid, int h, int values, hid_t memory_type, void *slab,
+                     bool write)
 {
     hsize_t start[4] = {(hsize_t)h, 0, 0, 0};
-    hsize_t size[4] = {1, MERL_THETA_D, MERL_PHI_D, (hsize_t)values};
+    hsize_t size[4] = {1, (hsize_t)grid.theta_d, (hsize_t)grid.phi_d, (hsize_t)values};
     int rank = values > 1 ? 4 : 3;
     hid_t memory = H5Screate_simple(rank, size, NULL), space = H5Dget_space(set);
     bool ok = space >= 0 && H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, size, NULL) >= 0
@@ -177,7 +183,7 @@ static hid_t file_type(const struct layer *layer)
 // The bins of theta_h index h are bin[first .. return value - 1].
 static int end_of_slab(const struct bins *bins, int first, int h)
 {
-    while (first < bins->count && bins->bin[first].index / SLAB == h)
+    while (first < bins->count && bins->bin[first].index / slab_of(rec_grid_of(bins)) == h)
         first++;
     return first;
 }
@@ -186,26 +192,29 @@ static bool write_layer(hid_t file, const struct layer *layer, const struct bins
                         double *slab)
 {
     double empty = layer->number == AS_INT ? 0 : NAN;
-    hid_t set = create(file, layer->name, layer->values, file_type(layer), empty);
+    const int slab_bins = slab_of(rec_grid_of(bins));
+    hid_t set =
+        create(file, layer->name, rec_grid_of(bins), layer->values, file_type(layer), empty);
     bool ok = set >= 0 && put_text(set, "units", layer->units)
               && put_text(set, "description", layer->what);
-    for (int h = 0, first = 0; ok && h < MERL_THETA_H; h++) {
+    for (int h = 0, first = 0; ok && h < rec_grid_of(bins).theta_h; h++) {
         int end = end_of_slab(bins, first, h);
         if (end == first)
             continue;  // reads as empty
-        for (int i = 0; i < SLAB * layer->values; i++)
+        for (int i = 0; i < slab_bins * layer->values; i++)
             slab[i] = empty;
         for (; first < end; first++)
-            layer->get(&bins->bin[first], slab + bins->bin[first].index % SLAB * layer->values);
-        ok = transfer(set, h, layer->values, H5T_NATIVE_DOUBLE, slab, true);
+            layer->get(&bins->bin[first],
+                       slab + bins->bin[first].index % slab_bins * layer->values);
+        ok = transfer(set, rec_grid_of(bins), h, layer->values, H5T_NATIVE_DOUBLE, slab, true);
     }
     H5Dclose(set);
     return ok;
 }
 
-static bool write_status(hid_t file, const uint8_t *status)
+static bool write_status(hid_t file, struct grid grid, const uint8_t *status)
 {
-    hid_t set = create(file, "status", 1, H5T_STD_U8LE, 0);
+    hid_t set = create(file, "status", grid, 1, H5T_STD_U8LE, 0);
     bool ok = set >= 0
               && put_text(set, "description",
                           "0 impossible, 1 measured, 2 interpolated, 3 extrapolated; "
@@ -235,7 +244,8 @@ static bool write_all(const char *path, const struct bins *bins, const uint8_t *
                       const struct bins_about *about, double *slab)
 {
     hid_t file = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-    bool ok = file >= 0 && write_about(file, about) && write_status(file, status);
+    bool ok =
+        file >= 0 && write_about(file, about) && write_status(file, rec_grid_of(bins), status);
     for (int k = 0; ok && k < LAYERS; k++)
         ok = write_layer(file, &layers[k], bins, slab);
     if (file >= 0)
@@ -247,7 +257,7 @@ enum status rec_bins_write(const struct bins *bins, const uint8_t *status,
                            const struct bins_about *about, const char *path, struct error *err)
 {
     struct atomic_file aside;
-    double *slab = malloc(3 * (size_t)SLAB * sizeof *slab);
+    double *slab = malloc(3 * (size_t)slab_of(rec_grid_of(bins)) * sizeof *slab);
     if (!slab)
         return cap_fail(err, STATUS_MEMORY, "%s: no memory to write it", path);
     enum status result = cap_file_begin(&aside, path, false, err);
@@ -288,9 +298,10 @@ static bool read_layer(hid_t file, const struct layer *layer, struct bins *bins,
         int end = end_of_slab(bins, first, h);
         if (end == first)
             continue;
-        ok = transfer(set, h, layer->values, H5T_NATIVE_DOUBLE, slab, false);
+        ok = transfer(set, rec_grid_of(bins), h, layer->values, H5T_NATIVE_DOUBLE, slab, false);
         for (; ok && first < end; first++)
-            layer->set(&bins->bin[first], slab + bins->bin[first].index % SLAB * layer->values);
+            layer->set(&bins->bin[first],
+                       slab + bins->bin[first].index % slab_of(rec_grid_of(bins)) * layer->values);
     }
     H5Dclose(set);
     return ok;
@@ -335,11 +346,11 @@ enum status rec_bins_read(struct bins *bins, const char *path, struct error *err
 {
     if (access(path, R_OK) != 0)
         return cap_fail(err, STATUS_IO, "%s: there is no such file, or it may not be read", path);
-    double *slab = malloc(3 * (size_t)SLAB * sizeof *slab);
+    double *slab = malloc(3 * (size_t)slab_of(rec_merl_grid) * sizeof *slab);
     if (!slab)
         return cap_fail(err, STATUS_MEMORY, "%s: no memory to read it", path);
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);  // the story is ours to tell
-    struct bins found = {0};
+    struct bins found = {.grid = rec_merl_grid};
     enum status result = STATUS_OK;
     hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
     bool ok = file >= 0 && read_status(file, &found);

@@ -11,12 +11,12 @@ struct bins_about {
     double lamp_solid_angle, detector_solid_angle;  // sr, largest; 0: not known
 };
 
-/** Write bins.h5, complete or not at all. status is [MERL_BINS]. STATUS_IO. */
+/** Write bins.h5, complete or not at all. status is [bins of the grid]. STATUS_IO. */
 enum status rec_bins_write(const struct bins *bins, const uint8_t *status,
                            const struct bins_about *about, const char *path, struct error *err);
-/** The bins with status 1 of a bins.h5. What is in sigma besides `systematic` counts as noise; all
- *  of it, where the file does not tell. On success the caller owns *bins. STATUS_IO, STATUS_FORMAT,
- *  STATUS_MEMORY. */
+/** The bins with status 1 of a bins.h5 on MERL's grid. What is in sigma besides `systematic` counts
+ * as noise; all of it, where the file does not tell. On success the caller owns *bins. STATUS_IO,
+ * STATUS_FORMAT, STATUS_MEMORY. */
 enum status rec_bins_read(struct bins *bins, const char *path, struct error *err);
 
 #endif

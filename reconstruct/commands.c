@@ -47,6 +47,18 @@ static void print_summary(const struct summary *s, const char *out, bool json)
     printf("table: %s/brdf.binary   fits: %s/fits.yaml   look at: %s/preview.png\n", out, out, out);
 }
 
+// "180x90x180". false: no such grid, or more bins than 2^28.
+static bool read_grid(struct grid *grid, const char *text)
+{
+    char rest;
+    *grid = (struct grid){0};
+    if (!text)
+        return true;
+    return sscanf(text, "%dx%dx%d%c", &grid->theta_h, &grid->theta_d, &grid->phi_d, &rest) == 3
+           && grid->theta_h > 0 && grid->theta_d > 0 && grid->phi_d > 0
+           && (double)grid->theta_h * grid->theta_d * grid->phi_d <= 1 << 28;
+}
+
 static int run_reconstruct(const struct arguments *args)
 {
     const char *out = cap_option(args, "output");
@@ -61,6 +73,10 @@ static int run_reconstruct(const struct arguments *args)
                               .out = out,
                               .calibration = cap_option(args, "calibration"),
                               .samples = cap_option(args, "samples") != NULL};
+    if (!read_grid(&request.grid, cap_option(args, "bins"))) {
+        fprintf(stderr, "goniocam: --bins wants three numbers of bins, as 180x90x180\n");
+        return 2;
+    }
     if (request.samples && rec_team) {
         fprintf(stderr, "goniocam-mpi: --samples wants one process: use goniocam\n");
         return 2;
@@ -254,6 +270,7 @@ static int run_info(const struct arguments *args)
 static const struct option reconstruct_options[] = {
     {"output", "OUT", "folder for everything that is found", 'o'},
     {"calibration", "FILE", "start from this calibration.yaml: no board is needed", 0},
+    {"bins", "HxDxP", "the bins on this grid too, as 180x90x180, in OUT/bins_HxDxP.h5", 0},
     {"samples", NULL, "keep every sample in OUT/samples.h5", 0},
     {0},
 };

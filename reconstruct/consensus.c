@@ -298,8 +298,9 @@ bool rec_consensus_allows(const struct consensus *consensus, int bin, const cand
 
 void rec_consensus_widen(struct bins *bins, const struct consensus *consensus)
 {
-    for (int i = 0; i < bins->count; i++)
-        for (int c = 0; c < 3; c++)
-            bins->bin[i].sigma[c] *=
-                (double)consensus->say[consensus->slot[bins->bin[i].index] - 1].scale[c];
+    for (int i = 0; i < bins->count; i++) {
+        int slot = consensus->slot[rec_merl_index(bins->bin[i].centroid)];
+        for (int c = 0; c < 3 && slot; c++)
+            bins->bin[i].sigma[c] *= (double)consensus->say[slot - 1].scale[c];
+    }
 }

@@ -40,7 +40,7 @@ void rec_consensus_free(struct consensus *consensus);
 bool rec_consensus_allows(const struct consensus *consensus, int bin, const candidate *m,
                           double *residual);
 
-/** Multiply the sigmas of the bins by the scale of their neighbourhood (R. T. Birge, "The
+/** Multiply the sigmas of bins, of any grid, by the scale of their neighbourhood (R. T. Birge, "The
  *  calculation of errors by the method of least squares", Physical Review 40, 1932: locally). */
 void rec_consensus_widen(struct bins *bins, const struct consensus *consensus);
 

@@ -110,9 +110,8 @@ WIDE static void take_centers(struct strip *s, struct looks *look, const struct 
         double dusk = cos_i < 0 ? -cos_i : cos_i;
         look->edge[i] = (cos_o * cos_o <= near * step) | (dusk * cos_o <= near * step) ? 1 : 0;
         look->wide[i] = step < narrow * cos_o * cos_i ? 0 : 1;
-        // Towards the eye 1/cos_o^2 times as much as across: the mean, h may lie anywhere.
-        double slant = cos_o > 0.1 ? 1 / cos_o : 10;
-        s->spread[0][i] = s->spread[1][i] = step * step / 24 * (1 + slant * slant);
+        // Towards the eye 1/cos_o^2 times as much as across (but 100): the mean, h lies anywhere.
+        s->spread[0][i] = s->spread[1][i] = step * step / 24 * (1 + 1 / (cos_o * cos_o + 0.01));
         s->wo.x[i] = -e->ray.x[i];
         s->wo.y[i] = -e->ray.y[i];
         s->wo.z[i] = -e->ray.z[i];
@@ -310,7 +309,7 @@ void rec_strip_footprints(struct strip *s, const struct viewing *v)
     }
     if (wide)
         average(s, &p, look.wide);
-    for (int i = 0; i < LANES; i++)
+    for (int i = 0; i < LANES && wide; i++)  // a mean may see it, or be lit, from behind
         if (s->fate[i] == FATE_USED
             && (vec3_dot(rec_lane(&s->normal, i), rec_lane(&s->wi, i)) <= 0
                 || vec3_dot(rec_lane(&s->normal, i), rec_lane(&s->wo, i)) <= 0))

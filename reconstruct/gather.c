@@ -66,10 +66,18 @@ static enum status read_map(struct radiance *map, const struct gathering *g,
 
 /** What a thread fills: sums of the shots that it took, and of the one under way. */
 struct harvest {
-    struct tally tally;
-    struct shot_bins shot;
+    struct tally tally, fine;
+    struct shot_bins shot, fine_shot;
     struct census census;
 };
+
+static void free_harvest(struct harvest *h)
+{
+    rec_tally_free(&h->tally);
+    rec_tally_free(&h->fine);
+    rec_shot_free(&h->shot);
+    rec_shot_free(&h->fine_shot);
+}
 
 // The used photosites of a strip, one by one, where somebody wants to know them.
 static enum status look_closer(const struct strip *s, struct shot_residuals *residuals,
@@ -116,6 +124,8 @@ static enum status add_strips(struct harvest *h, const struct gathering *g, cons
             if (!rec_strip_any(&s))
                 continue;
             status = rec_shot_add(&h->shot, &s, err);
+            if (!status && h->fine.slot)
+                status = rec_shot_add(&h->fine_shot, &s, err);
             if (!status && (g->samples || g->consensus))
                 status = look_closer(&s, &residuals, &block, g, v->view->name, err);
         }
@@ -150,6 +160,8 @@ static enum status add_shot(struct harvest *h, const struct gathering *g, int vi
     if (!status)
         status = add_strips(h, g, &v, &map, box, err);
     enum status ended = rec_shot_end(&h->shot, &h->tally, err);
+    if (h->fine.slot && !ended)
+        ended = rec_shot_end(&h->fine_shot, &h->fine, err);
     if (h->census.photosites[FATE_USED] == used)
         cap_warn(g->run, "shot %s: no photosite shows lit sample", v.view->name);
     h->census.shots++;
@@ -179,14 +191,35 @@ void rec_census_add(struct census *to, const struct census *from)
     rec_residuals_merge(&to->residuals, &from->residuals);
 }
 
-// Each thread fills a tally of its own; the first to finish hands it over, the others add theirs.
-static void gather_shots(struct tally *total, struct census *census, struct gathering *g)
+// The first to finish hands its tally over, the others add theirs.
+static enum status hand_over(struct tally *total, struct tally *mine, struct error *err)
+{
+    if (total->slot)
+        return rec_tally_merge(total, mine, err);
+    *total = *mine;
+    *mine = (struct tally){0};
+    return STATUS_OK;
+}
+
+static enum status begin_harvest(struct harvest *h, const struct grid *fine, struct error *err)
+{
+    h->shot.grid = rec_merl_grid;
+    enum status status = rec_tally_begin(&h->tally, rec_merl_grid, err);
+    if (!status && fine) {
+        h->fine_shot.grid = *fine;
+        status = rec_tally_begin(&h->fine, *fine, err);
+    }
+    return status;
+}
+
+// Each thread fills tallies of its own. fine is NULL, or the grid of total->fine.
+static void gather_shots(struct harvest *total, const struct grid *fine, struct gathering *g)
 {
 #pragma omp parallel num_threads(g->run->threads)
     {
         struct harvest mine = {0};
         struct error err = {0};
-        enum status status = rec_tally_begin(&mine.tally, &err);
+        enum status status = begin_harvest(&mine, fine, &err);
 #pragma omp for schedule(dynamic)
         for (int k = 0; k < g->calibration->views; k++) {
             if (!status && cap_ours(g->run, k)) {
@@ -196,29 +229,42 @@ static void gather_shots(struct tally *total, struct census *census, struct gath
         }
 #pragma omp critical(tally)
         {
-            rec_census_add(census, &mine.census);
-            if (!status && !total->slot) {
-                *total = mine.tally;
-                mine.tally = (struct tally){0};
-            } else if (!status) {
-                status = rec_tally_merge(total, &mine.tally, &err);
-            }
+            rec_census_add(&total->census, &mine.census);
+            if (!status)
+                status = hand_over(&total->tally, &mine.tally, &err);
+            if (!status && fine)
+                status = hand_over(&total->fine, &mine.fine, &err);
         }
         note_failure(g, status, &err);
-        rec_tally_free(&mine.tally);
-        rec_shot_free(&mine.shot);
+        free_harvest(&mine);
     }
 }
 
-enum status rec_gather(struct bins *bins, struct census *census,
+// The sums of all members become the leader's bins.
+static enum status conclude(struct bins *bins, struct bins *fine, struct harvest *total,
+                            struct error *err)
+{
+    struct census none = {0};
+    enum status status = rec_team_sum(&total->tally, &total->census, err);
+    if (!status && fine)
+        status = rec_team_sum(&total->fine, &none, err);
+    if (status || !rec_leads())
+        return status;
+    if (total->tally.count == 0)
+        return cap_fail(err, STATUS_DATA,
+                        "no photosite shows the sample lit: are its place and the lamps right?");
+    status = rec_tally_finish(bins, &total->tally, err);
+    return !status && fine ? rec_tally_finish(fine, &total->fine, err) : status;
+}
+
+enum status rec_gather(struct bins *bins, struct bins *fine, struct census *census,
                        const struct calibration *calibration, const struct board_extent *board,
                        const struct blockers *blockers, const struct consensus *consensus,
                        struct samples_file *samples, const char *out, struct run *run,
                        struct error *err)
 {
     struct lens_table *lens = NULL;
-    struct tally total = {0};
-    struct census seen = {0};
+    struct harvest total = {0};
     enum status status = make_lenses(&lens, calibration, err);
     if (!status) {
         struct gathering g = {.calibration = calibration,
@@ -230,20 +276,15 @@ enum status rec_gather(struct bins *bins, struct census *census,
                               .out = out,
                               .run = run,
                               .err = err};
-        gather_shots(&total, &seen, &g);
+        gather_shots(&total, fine ? &fine->grid : NULL, &g);
         status = g.status;
     }
     status = rec_team_agree(status, err);
     if (!status)
-        status = rec_team_sum(&total, &seen, err);
-    if (!status && rec_leads() && total.count == 0)
-        status = cap_fail(err, STATUS_DATA,
-                          "no photosite shows the sample lit: are its place and the lamps right?");
-    if (!status && rec_leads())
-        status = rec_tally_finish(bins, &total, err);
+        status = conclude(bins, fine, &total, err);
     if (!status)
-        *census = seen;
-    rec_tally_free(&total);
+        *census = total.census;
+    free_harvest(&total);
     free_lenses(lens, calibration->cameras);
     return status;
 }

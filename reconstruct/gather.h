@@ -20,9 +20,10 @@ void rec_census_add(struct census *to, const struct census *from);
 /** Read OUT/radiance/SHOT.exr of every view and bin its samples. The result is the same to the
  *  last bit for any number of threads and any order of the views; memory is one map and one tally
  *  a thread. board may be NULL, consensus (nothing is known of f yet)
- *  and samples (where samples.h5 is not wanted) too. STATUS_IO and others of
+ *  and samples (where samples.h5 is not wanted) too. fine (may be NULL) are the same samples on
+ *  its own grid. STATUS_IO and others of
  * the maps; STATUS_DATA: no sample at all. */
-enum status rec_gather(struct bins *bins, struct census *census,
+enum status rec_gather(struct bins *bins, struct bins *fine, struct census *census,
                        const struct calibration *calibration, const struct board_extent *board,
                        const struct blockers *blockers, const struct consensus *consensus,
                        struct samples_file *samples, const char *out, struct run *run,

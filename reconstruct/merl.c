@@ -20,13 +20,29 @@ static int bin_of(double x, int bins)
     return x < 0 ? 0 : x < bins ? (int)x : bins - 1;
 }
 
-int rec_merl_index(half_diff angles)
+const struct grid rec_merl_grid = {MERL_THETA_H, MERL_THETA_D, MERL_PHI_D};
+
+int rec_grid_index(struct grid g, half_diff angles)
 {
     double phi_d = angles.phi_d < 0 ? angles.phi_d + CAP_PI : angles.phi_d;
-    int h = bin_of(sqrt(fmax(0, angles.theta_h) / (CAP_PI / 2)) * MERL_THETA_H, MERL_THETA_H);
-    int d = bin_of(angles.theta_d / (CAP_PI / 2) * MERL_THETA_D, MERL_THETA_D);
-    int p = bin_of(phi_d / CAP_PI * MERL_PHI_D, MERL_PHI_D);
-    return p + MERL_PHI_D * (d + MERL_THETA_D * h);
+    int h = bin_of(sqrt(fmax(0, angles.theta_h) / (CAP_PI / 2)) * g.theta_h, g.theta_h);
+    int d = bin_of(angles.theta_d / (CAP_PI / 2) * g.theta_d, g.theta_d);
+    int p = bin_of(phi_d / CAP_PI * g.phi_d, g.phi_d);
+    return p + g.phi_d * (d + g.theta_d * h);
+}
+
+int rec_merl_index(half_diff angles)
+{
+    return rec_grid_index(rec_merl_grid, angles);
+}
+
+void rec_grid_ranges(struct grid g, int bin, half_diff *low, half_diff *high)
+{
+    int p = bin % g.phi_d, d = bin / g.phi_d % g.theta_d, h = bin / (g.phi_d * g.theta_d);
+    double r0 = (double)h / g.theta_h, r1 = (h + 1.0) / g.theta_h, quarter = CAP_PI / 2;
+    *low = (half_diff){r0 * r0 * quarter, quarter * d / g.theta_d, CAP_PI * p / g.phi_d};
+    *high =
+        (half_diff){r1 * r1 * quarter, quarter * (d + 1) / g.theta_d, CAP_PI * (p + 1) / g.phi_d};
 }
 
 half_diff rec_merl_center(int bin)

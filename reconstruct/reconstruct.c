@@ -21,7 +21,7 @@ struct job {
     char hash[33];
     struct census census;
     struct checks checks;
-    struct bins bins;
+    struct bins bins, fine;  // fine: on the grid that is asked for, if any
     struct fits fits;
     struct merl table;
     uint8_t *status;  // [MERL_BINS]
@@ -113,8 +113,10 @@ static enum status gather(struct job *j, const char *stage, const struct consens
     bool has_board = board_of(&board, &j->capture);
     cap_stage(j->run, stage, j->calibration.views);
     rec_team_next_stage(j->run);
-    return rec_gather(&j->bins, &j->census, &j->calibration, has_board ? &board : NULL,
-                      &j->blockers, consensus, samples, j->out, j->run, err);
+    bool fine = consensus && j->fine.grid.theta_h > 0;
+    return rec_gather(&j->bins, fine ? &j->fine : NULL, &j->census, &j->calibration,
+                      has_board ? &board : NULL, &j->blockers, consensus, samples, j->out, j->run,
+                      err);
 }
 
 // All photosites as they come, and what the bins so found say of their neighbours. The fit stays
@@ -185,6 +187,12 @@ static enum status conclude(struct job *j, struct error *err)
     if (status)
         return status;
     rec_consensus_widen(&j->bins, &consensus);
+    if (j->fine.bin) {
+        rec_bins_align(&j->fine, &j->fits.fit[0]);
+        rec_bins_sharpen(&j->fine, &j->fits.fit[0]);
+        rec_bins_widen(&j->fine, &j->fits.fit[0]);
+        rec_consensus_widen(&j->fine, &consensus);
+    }
     rec_consensus_free(&consensus);
     j->median_sigma = median_sigma(&j->bins);
     cap_stage(j->run, "table", 0);
@@ -217,15 +225,53 @@ static double detector_solid_angle(const struct job *j)
     return largest;
 }
 
-static enum status write_bins(const struct job *j, const char *path, struct error *err)
+static struct bins_about about_bins(const struct job *j)
 {
-    struct bins_about about = {
+    return (struct bins_about){
         .version = "goniocam " GONIOCAM_VERSION,
         .input_hash = j->hash,
         .reference_albedo = j->capture.patches ? j->capture.patch[0].albedo : 0,
         .detector_solid_angle = detector_solid_angle(j),
     };
+}
+
+static enum status write_bins(const struct job *j, const char *path, struct error *err)
+{
+    struct bins_about about = about_bins(j);
     return rec_bins_write(&j->bins, j->status, &about, path, err);
+}
+
+// The state of a finer bin that was not measured is that of the table's bin about its middle.
+static void fine_status(uint8_t *status, const struct job *j)
+{
+    for (int i = 0; i < rec_grid_bins(j->fine.grid); i++) {
+        half_diff low, high;
+        rec_grid_ranges(j->fine.grid, i, &low, &high);
+        half_diff middle = {(low.theta_h + high.theta_h) / 2, (low.theta_d + high.theta_d) / 2,
+                            (low.phi_d + high.phi_d) / 2};
+        uint8_t coarse = j->status[rec_merl_index(middle)];
+        status[i] = coarse == BIN_MEASURED ? BIN_INTERPOLATED : coarse;
+    }
+    for (int i = 0; i < j->fine.count; i++)
+        status[j->fine.bin[i].index] = BIN_MEASURED;
+}
+
+static enum status write_fine(const struct job *j, struct error *err)
+{
+    const struct grid g = j->fine.grid;
+    char name[80];
+    snprintf(name, sizeof name, "bins_%dx%dx%d.h5", g.theta_h, g.theta_d, g.phi_d);
+    struct bins_about about = about_bins(j);
+    char *path = cap_path(j->out, name);
+    uint8_t *status = malloc((size_t)rec_grid_bins(g));
+    enum status result = cap_fail(err, STATUS_MEMORY, "no memory for %s", name);
+    if (path && status) {
+        fine_status(status, j);
+        result = rec_bins_write(&j->fine, status, &about, path, err);
+    }
+    free(status);
+    free(path);
+    return result;
 }
 
 static enum status write_fits(const struct job *j, const char *path, struct error *err)
@@ -282,7 +328,7 @@ static enum status write_results(struct job *j, struct error *err)
         free(path);
         cap_step(j->run);
     }
-    return status;
+    return !status && j->fine.bin ? write_fine(j, err) : status;
 }
 
 static void free_job(struct job *j)
@@ -290,6 +336,7 @@ static void free_job(struct job *j)
     rec_merl_free(&j->table);
     rec_fits_free(&j->fits);
     rec_bins_free(&j->bins);
+    rec_bins_free(&j->fine);
     j->calibration.views = j->all_views > 0 ? j->all_views : j->calibration.views;
     cal_calibration_free(&j->calibration);
     rec_blockers_free(&j->blockers);
@@ -327,6 +374,7 @@ enum status rec_reconstruct(struct summary *summary, const struct request *reque
                     .out = request->out,
                     .calibration_file = request->calibration,
                     .keep_samples = request->samples,
+                    .fine.grid = request->grid,
                     .run = run};
     enum status status = merge(&j, err);
     if (!status)

@@ -16,12 +16,13 @@
 #include <string.h>
 
 // The widths of a bin in theta_h, theta_d, phi_d.
-static void widths(double width[3], int index)
+static void widths(double width[3], struct grid grid, int index)
 {
-    int h = index / (MERL_PHI_D * MERL_THETA_D);
-    width[0] = CAP_PI / 2 * (2 * h + 1) / (MERL_THETA_H * MERL_THETA_H);
-    width[1] = CAP_PI / 2 / MERL_THETA_D;
-    width[2] = CAP_PI / MERL_PHI_D;
+    half_diff low, high;
+    rec_grid_ranges(grid, index, &low, &high);
+    width[0] = high.theta_h - low.theta_h;
+    width[1] = high.theta_d - low.theta_d;
+    width[2] = high.phi_d - low.phi_d;
 }
 
 // The model at the centroid moved by `step` in angle k; the centroid itself where that would be
@@ -134,11 +135,11 @@ static double square(double x)
     return x * x;
 }
 
-static void widen(struct bin *b, const struct fit *fit)
+static void widen(struct bin *b, struct grid grid, const struct fit *fit)
 {
     double width[3], center[3] = {0};
     double variance[3], bend[3] = {0};
-    widths(width, b->index);
+    widths(width, grid, b->index);
     eval_moved(center, fit, b->centroid, 0, 0);
     for (int c = 0; c < 3; c++)
         variance[c] = square(b->noise[c]) + square(b->mean[c] * b->systematic)
@@ -162,7 +163,7 @@ static void widen(struct bin *b, const struct fit *fit)
 void rec_bins_widen(struct bins *bins, const struct fit *fit)
 {
     for (int i = 0; i < bins->count; i++)
-        widen(&bins->bin[i], fit);
+        widen(&bins->bin[i], rec_grid_of(bins), fit);
 }
 
 enum status rec_bins_of_table(struct bins *bins, const struct merl *merl, struct error *err)
@@ -182,6 +183,6 @@ enum status rec_bins_of_table(struct bins *bins, const struct merl *merl, struct
         if (there)
             bin[count++] = b;
     }
-    *bins = (struct bins){bin, count};
+    *bins = (struct bins){bin, count, rec_merl_grid};
     return STATUS_OK;
 }

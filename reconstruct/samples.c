@@ -70,14 +70,18 @@ static float variance_between(const struct radiance *map, int x, int y, int c)
 static void read_channel(struct reading *to, const struct strip *s, const struct radiance *map,
                          int c)
 {
+    const size_t at = 3 * ((size_t)s->y * (size_t)map->width + (size_t)s->x0) + (size_t)c;
+    const int left = map->width - s->x0, count = left < LANES ? left : LANES;
     for (int i = 0; i < LANES; i++) {
-        int x = s->x0 + i < map->width ? s->x0 + i : map->width - 1;
-        size_t at = 3 * ((size_t)s->y * (size_t)map->width + (size_t)x) + (size_t)c;
-        to->value[i] = map->value[at];
-        to->variance[i] = map->variance[at];
-        to->mine[i] = s->channel[i] < 0 || s->channel[i] == c;
-        if (!(to->mine[i] > 0) && s->fate[i] == FATE_USED)
-            to->variance[i] = variance_between(map, x, s->y, c);
+        int k = i < count ? i : count - 1;
+        to->value[i] = map->value[at + 3 * (size_t)k];
+        to->variance[i] = map->variance[at + 3 * (size_t)k];
+        to->mine[i] = 1;
+    }
+    for (int i = 0; i < count && *map->cfa; i++) {
+        to->mine[i] = s->channel[i] == c;
+        if (s->channel[i] != c && s->fate[i] == FATE_USED)
+            to->variance[i] = variance_between(map, s->x0 + i, s->y, c);
     }
 }
 
@@ -143,8 +147,8 @@ static void read_strip(struct strip *s, const struct viewing *v, const struct ra
     }
     for (int i = 0; i < LANES; i++) {
         s->lends[i] = s->channel[i] >= 0 && s->inner[i] && !(failed.unlent[i] > 0);
-        for (int c = 0; c < 3; c++)
-            if (s->channel[i] >= 0 && c != s->channel[i] && !s->lends[i])
+        for (int c = 0; c < 3 && s->channel[i] >= 0; c++)
+            if (c != s->channel[i] && !s->lends[i])
                 s->f[c][i] = s->noise[c][i] = 0;
         if (s->fate[i] == FATE_USED)
             s->fate[i] = failed.saturated[i] > 0  ? FATE_SATURATED
@@ -226,7 +230,8 @@ static void find_strays(struct strip *s, const struct consensus *consensus)
 void rec_strip_make(struct strip *s, const struct viewing *v, const struct radiance *map)
 {
     rec_strip_footprints(s, v);
-    for (int i = 0; i < LANES; i++)
+    bool free_way = !v->board && (!v->blockers || v->blockers->count == 0);
+    for (int i = 0; i < LANES && !free_way; i++)
         if (s->fate[i] == FATE_USED)
             s->fate[i] = blocked(v, s, i);
     if (!rec_strip_any(s))

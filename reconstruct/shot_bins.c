@@ -94,11 +94,18 @@ WIDE static void make_terms(double (*term)[SHOT_TERMS], const struct strip *s)
     }
 }
 
+static int index_of(struct grid grid, const struct strip *s, int i)
+{
+    return rec_grid_index(grid, (half_diff){s->theta_h[i], s->theta_d[i], s->phi_d[i]});
+}
+
 enum status rec_shot_add(struct shot_bins *shot, const struct strip *s, struct error *err)
 {
+    const bool merl = memcmp(&shot->grid, &rec_merl_grid, sizeof shot->grid) == 0;
+    const int bins = rec_grid_bins(shot->grid);
     double term[LANES][SHOT_TERMS];
     if (!shot->slot)
-        shot->slot = calloc(PLANES * (size_t)MERL_BINS, sizeof *shot->slot);
+        shot->slot = calloc(PLANES * (size_t)bins, sizeof *shot->slot);
     if (!shot->slot)
         return out_of_memory(err);
     make_terms(term, s);
@@ -109,9 +116,10 @@ enum status rec_shot_add(struct shot_bins *shot, const struct strip *s, struct e
         bool mosaic = s->channel[i] >= 0;
         int plane =
             4 * (mosaic ? s->channel[i] : 0) + 2 * (mosaic && s->lends[i]) + (s->phi_d[i] < 0);
-        int32_t *slot = &shot->slot[(size_t)plane * MERL_BINS + (size_t)s->bin[i]];
+        int bin = merl ? s->bin[i] : index_of(shot->grid, s, i);
+        int32_t *slot = &shot->slot[(size_t)plane * (size_t)bins + (size_t)bin];
         if (!*slot) {
-            if (!begin_sums(shot, s->bin[i], plane, s->channel[i]))
+            if (!begin_sums(shot, bin, plane, s->channel[i]))
                 return out_of_memory(err);
             *slot = shot->count;
         }
@@ -164,10 +172,11 @@ static struct bin_sums exact(const struct shot_sums *s)
 
 enum status rec_shot_end(struct shot_bins *shot, struct tally *tally, struct error *err)
 {
+    const size_t bins = (size_t)rec_grid_bins(shot->grid);
     enum status status = STATUS_OK;
     for (int k = 0; k < shot->count; k++) {
         const struct shot_sums *s = &shot->sums[k];
-        shot->slot[(size_t)s->plane * MERL_BINS + (size_t)s->bin] = 0;
+        shot->slot[(size_t)s->plane * bins + (size_t)s->bin] = 0;
         struct bin_sums sums = exact(s);
         if (!status)
             status = rec_tally_add_sums(tally, s->bin, &sums, err);

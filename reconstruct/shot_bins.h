@@ -7,12 +7,14 @@
 
 enum { SHOT_TERMS = 24 };
 
-/** Bins met in a shot so far. {0} is empty; memory is kept from shot to shot; rec_shot_free(). */
+/** Bins met in a shot so far. {.grid} is empty; memory is kept from shot to shot; rec_shot_free().
+ */
 struct shot_bins {
-    int32_t *slot;  // [channel][lends][phi_d < 0][MERL_BINS]: 1 + index into sums, 0 where no
+    int32_t *slot;  // [channel][lends][phi_d < 0][bins]: 1 + index into sums, 0 where no
                     // sample fell
     struct shot_sums *sums;
     int count, room;
+    struct grid grid;
 };
 
 void rec_shot_free(struct shot_bins *shot);

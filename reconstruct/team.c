@@ -203,7 +203,7 @@ static char *pack(size_t *size, const struct tally *tally, const struct census *
     if (!data)
         return NULL;
     memcpy(data, census, sizeof *census);
-    for (int bin = 0; bin < MERL_BINS && tally->slot; bin++)
+    for (int bin = 0; tally->slot && bin < rec_grid_bins(tally->grid); bin++)
         if (tally->slot[bin]) {
             struct parcel parcel = {bin, tally->sums[tally->slot[bin] - 1]};
             memcpy(at, &parcel, sizeof parcel);

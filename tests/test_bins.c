@@ -33,7 +33,7 @@ static reflectance_sample made(int i)
 // A shot's samples, one strip each, into a tally.
 static void add_shot(struct tally *tally, const reflectance_sample *sample, int count, bool lends)
 {
-    struct shot_bins shot = {0};
+    struct shot_bins shot = {.grid = tally->grid};
     for (int i = 0; i < count; i++) {
         struct strip s = {.x0 = 0};
         for (int k = 1; k < LANES; k++)
@@ -63,7 +63,7 @@ static struct bins binned(int stride, int tallies)
     struct tally tally[4];
     struct bins bins = {0};
     for (int t = 0; t < tallies; t++)
-        assert_int_equal(rec_tally_begin(&tally[t], NULL), STATUS_OK);
+        assert_int_equal(rec_tally_begin(&tally[t], rec_merl_grid, NULL), STATUS_OK);
     for (int i = 0; i < SHOTS; i++) {
         reflectance_sample s[SAMPLES];
         for (int k = 0; k < SAMPLES; k++)
@@ -105,7 +105,7 @@ static struct bin bin_of(const reflectance_sample *sample, int count, bool lends
 {
     struct tally tally;
     struct bins bins;
-    assert_int_equal(rec_tally_begin(&tally, NULL), STATUS_OK);
+    assert_int_equal(rec_tally_begin(&tally, rec_merl_grid, NULL), STATUS_OK);
     add_shot(&tally, sample, count, lends);
     assert_int_equal(rec_tally_finish(&bins, &tally, NULL), STATUS_OK);
     assert_int_equal(bins.count, 1);
@@ -207,7 +207,7 @@ static void test_a_mosaic_by_hand(void **state)
     assert_near(b.own[2].phi_d, 0.3005, 1e-15);
     struct tally tally;
     struct bins bins;
-    assert_int_equal(rec_tally_begin(&tally, NULL), STATUS_OK);
+    assert_int_equal(rec_tally_begin(&tally, rec_merl_grid, NULL), STATUS_OK);
     add_shot(&tally, s, 3, false);
     assert_int_equal(rec_tally_finish(&bins, &tally, NULL), STATUS_OK);
     assert_int_equal(bins.count, 0);

@@ -144,7 +144,7 @@ static void test_too_few_bins_are_told(void **state)
     (void)state;
     const double value[] = {0.3, 0.3, 0.3};
     struct bins bins = made_bins(rec_model_find("lambert"), value, 53, 0.02);
-    struct bins few = {bins.bin + bins.count / 2, 50};
+    struct bins few = {.bin = bins.bin + bins.count / 2, .count = 50};
     struct fits fits = {0};
     struct error err = {0};
     assert_int_equal(rec_fit(&fits, &few, NULL, 0, &run, &err), STATUS_DATA);

@@ -46,7 +46,7 @@ static void test_an_averaged_highlight_comes_back(void **state)
         b.mean[c] = sum[c];
     b.spread[0] = half[0] * half[0] / 3;
     b.spread[1] = half[1] * half[1] / 3;
-    struct bins bins = {&b, 1};
+    struct bins bins = {.bin = &b, .count = 1};
     assert_true(fabs(sum[0] / level[0] - 1) > 0.01);  // there is something to undo
     rec_bins_sharpen(&bins, &fit);
     assert_near(b.mean[0] / level[0], 1, 1e-3);
@@ -57,7 +57,7 @@ static void test_a_matte_surface_has_nothing_to_sharpen(void **state)
     (void)state;
     struct fit fit = fit_of("lambert");
     struct bin b = bin_at((half_diff){0.5, 0.5, 1});
-    struct bins bins = {&b, 1};
+    struct bins bins = {.bin = &b, .count = 1};
     b.spread[0] = b.spread[1] = 1e-3;
     b.mean[0] = 0.7;
     rec_bins_sharpen(&bins, &fit);
@@ -71,7 +71,7 @@ static void test_tilt_times_slope_enters_sigma(void **state)
     struct fit fit = fit_of("ggx");
     half_diff at = rec_merl_center(rec_merl_index((half_diff){0.08, 0.3, 1}));
     struct bin b = bin_at(at);
-    struct bins bins = {&b, 1};
+    struct bins bins = {.bin = &b, .count = 1};
     vec3 wi, wo;
     double up[3], down[3];
     b.tilt = 1e-3;

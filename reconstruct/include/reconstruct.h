@@ -58,6 +58,21 @@ bool rec_merl_above(int bin);
  *  surface without grain has the same f there. */
 int rec_merl_mirror(int bin);
 
+/** Another division of the same angles: theta_h by its square root, theta_d, and phi_d over pi. */
+struct grid {
+    int theta_h, theta_d, phi_d;
+};
+extern const struct grid rec_merl_grid;
+/** How many bins it has. */
+static inline int rec_grid_bins(struct grid grid)
+{
+    return grid.theta_h * grid.theta_d * grid.phi_d;
+}
+/** As rec_merl_index. */
+int rec_grid_index(struct grid grid, half_diff angles);
+/** The ranges of a bin: its angles from low (included) to high. */
+void rec_grid_ranges(struct grid grid, int bin, half_diff *low, half_diff *high);
+
 /** An isotropic BRDF as a table. Owns value; {0} is empty; release with rec_merl_free(). */
 struct merl {
     double *value;  // [3][MERL_BINS]: red, green, blue; 1/sr; < 0 where there is none
@@ -74,7 +89,7 @@ void rec_merl_free(struct merl *merl);
 
 /** A MERL bin that samples fell into. */
 struct bin {
-    int32_t index;       // rec_merl_index of its samples
+    int32_t index;       // rec_grid_index of its samples
     int32_t count;       // of photosites
     half_diff centroid;  // of the samples, phi_d folded to [0, pi); within the bin
     half_diff own[3];    // the centroid of each channel's samples: others than that in a mosaic
@@ -93,11 +108,16 @@ struct bin {
     double spread[2];  // variance of the normal over a photosite, towards h and across it, rad^2
 };
 
-/** The measured bins, by index. Owns bin; {0} is empty; release with rec_bins_free(). */
+/** The measured bins of a grid, by index. Owns bin; {0} is empty; release with rec_bins_free(). */
 struct bins {
     struct bin *bin;
     int count;
+    struct grid grid;  // {0} is MERL's
 };
+static inline struct grid rec_grid_of(const struct bins *bins)
+{
+    return bins->grid.theta_h ? bins->grid : rec_merl_grid;
+}
 void rec_bins_free(struct bins *bins);
 
 /* ---- models -------------------------------------------------------------------------------- */
@@ -221,10 +241,12 @@ struct summary {
     struct fit best;
 };
 /** What reconstruct is asked for: folders CAPTURE and OUT; a calibration.yaml to start from, or
- *  NULL; whether every sample is to be kept in OUT/samples.h5 (by one process alone). */
+ *  NULL; whether every sample is to be kept in OUT/samples.h5 (by one process alone); a grid for
+ *  OUT/bins_HxDxP.h5 besides that of bins.h5, or {0}. */
 struct request {
     const char *capture, *out, *calibration;
     bool samples;
+    struct grid grid;
 };
 /** CAPTURE -> OUT: radiance/, calibration.yaml, bins.h5, fits.yaml, brdf.binary, preview.png,
  *  run.json. */

@@ -67,10 +67,10 @@ int main(int argc, char **argv)
     struct radiance map = {.width = camera.width, .height = camera.height, .channels = 3};
     struct lens_table lens;
     struct tally tally;
-    struct shot_bins shot = {0};
+    struct shot_bins shot = {.grid = rec_merl_grid};
     fill(&map);
     if (!map.value || !map.variance || rec_lens_make(&lens, &camera, NULL)
-        || rec_tally_begin(&tally, NULL))
+        || rec_tally_begin(&tally, rec_merl_grid, NULL))
         return 1;
     struct viewing v = rec_viewing(&calibration, 0, &lens, NULL);
     double best = 1e9;
