@@ -199,6 +199,20 @@ WIDE static void weigh(struct strip *s, const struct columns *around, double bou
     }
 }
 
+// A glossy sample shows the board in its mirror direction, brighter than what the lamp makes of the
+// place itself. What is left after such a subtraction is no measurement of f.
+static void find_bounced(struct strip *s, double bounce_sigma, double bounce_scatter)
+{
+    const double most = 0.3;  // 1 sigma of f by the subtraction alone
+    double sigma = hypot(bounce_sigma, bounce_scatter);
+    for (int i = 0; i < LANES && sigma > 0; i++) {
+        double sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];
+        double bounced = s->channel[i] < 0 ? sum / 3 : sum;
+        if (s->fate[i] == FATE_USED && sigma * bounced > most)
+            s->fate[i] = FATE_BOUNCED;
+    }
+}
+
 static void weigh_strip(struct strip *s, const struct viewing *v, const struct radiance *map)
 {
     struct columns around = {0};
@@ -239,6 +253,7 @@ void rec_strip_make(struct strip *s, const struct viewing *v, const struct radia
     rec_strip_angles(s);
     rec_strip_errors(s, v);
     read_strip(s, v, map);
+    find_bounced(s, v->bounce_sigma, v->bounce_scatter);
     weigh_strip(s, v, map);
     find_strays(s, v->consensus);
 }

@@ -14,6 +14,7 @@
     X(TERMINATOR, "terminator") /* within a photosite of where the lamp sets */                    \
     X(SHADOWED, "shadowed")     /* something keeps the lamp's light off */                         \
     X(OCCLUDED, "occluded")     /* something stands before it */                                   \
+    X(BOUNCED, "bounced")       /* taking out the board's light leaves too little to be sure of */ \
     X(SATURATED, "saturated")   /* in every frame of the bracket, in some channel */               \
     X(UNUSABLE, "unusable")     /* no number, or beyond what a bin can sum */                      \
     X(STRAY, "stray") /* far from its neighbours: dust, a scratch, flare, something before it */
