@@ -12,6 +12,7 @@
 #include <mpi.h>
 #include <omp.h>
 #include <pthread.h>
+#include <sched.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -31,6 +32,7 @@ struct dealer {
 struct mpi_team {
     struct team team;
     int stage;             // of this member
+    cpu_set_t own, all;    // cores: this process's, and those of all on this machine
     pthread_mutex_t asks;  // one question at a time
     struct dealer dealer;
 };
@@ -180,13 +182,25 @@ static void end(struct mpi_team *t)
     free(t->dealer.dealt);
 }
 
+// mpirun may have bound each process to cores of its own.
+static void alone(struct team *team, bool begins)
+{
+    const struct mpi_team *t = (const struct mpi_team *)team;
+    sched_setaffinity(0, sizeof t->all, begins ? &t->all : &t->own);
+}
+
 // The processes of one machine share its cores, unless mpirun gave each its own.
-static void share_cores(void)
+static void share_cores(struct mpi_team *t)
 {
     MPI_Comm machine;
     int members = 1, cores = omp_get_num_procs();
     MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
     MPI_Comm_size(machine, &members);
+    if (sched_getaffinity(0, sizeof t->own, &t->own) == 0) {
+        MPI_Allreduce(&t->own, &t->all, sizeof t->own, MPI_BYTE, MPI_BOR, machine);
+        t->team.alone = alone;
+    }
+    t->team.neighbours = members;
     MPI_Comm_free(&machine);
     if (cores == sysconf(_SC_NPROCESSORS_ONLN))
         rec_team_threads = cores > members ? cores / members : 1;
@@ -230,7 +244,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "goniocam-mpi: this MPI allows no threads, or there is no memory\n");
         MPI_Abort(MPI_COMM_WORLD, 1);
     }
-    share_cores();
+    share_cores(&team);
     rec_team = &team.team;
     int code = run(argc, argv, team.team.rank == 0);
     end(&team);

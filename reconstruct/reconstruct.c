@@ -76,6 +76,14 @@ static enum status calibrate(struct job *j, struct error *err)
     return status;
 }
 
+static enum status calibrate_alone(struct job *j, struct error *err)
+{
+    rec_team_alone(j->run, true);
+    enum status status = calibrate(j, err);
+    rec_team_alone(j->run, false);
+    return status;
+}
+
 // The rectangle that the tags span: rays do not pass through it.
 static bool board_of(struct board_extent *board, const struct capture *capture)
 {
@@ -124,6 +132,7 @@ static enum status gather(struct job *j, const char *stage, const struct consens
 static enum status look_first(struct job *j, struct consensus *consensus, struct error *err)
 {
     enum status status = gather(j, "samples", NULL, NULL, err);
+    rec_team_alone(j->run, true);
     if (!status && rec_leads()) {
         cap_stage(j->run, "fit", 0);
         status = rec_fit(&j->fits, &j->bins, NULL, 0, j->run, err);
@@ -134,6 +143,7 @@ static enum status look_first(struct job *j, struct consensus *consensus, struct
         status = rec_consensus_make(consensus, &j->bins, &j->fits.fit[0], j->run, err);
     }
     rec_bins_free(&j->bins);
+    rec_team_alone(j->run, false);
     return rec_team_agree(status, err);
 }
 
@@ -378,13 +388,14 @@ enum status rec_reconstruct(struct summary *summary, const struct request *reque
                     .run = run};
     enum status status = merge(&j, err);
     if (!status)
-        status = rec_team_agree(rec_leads() ? calibrate(&j, err) : STATUS_OK, err);
+        status = rec_team_agree(rec_leads() ? calibrate_alone(&j, err) : STATUS_OK, err);
     if (!status)
         status = rec_team_tell_calibration(&j.calibration, err);
     if (!status)
         status = rec_team_agree(rec_blockers_make(&j.blockers, &j.capture, err), err);
     if (!status)
         status = look_again(&j, err);
+    rec_team_alone(j.run, true);
     if (!status && rec_leads())
         status = conclude(&j, err);
     if (!status && rec_leads())

@@ -50,6 +50,15 @@ void rec_team_next_stage(struct run *run)
     run->team = rec_team;
 }
 
+void rec_team_alone(struct run *run, bool begins)
+{
+    if (!rec_team || !rec_leads() || !rec_team->alone)
+        return;
+    rec_team->alone(rec_team, begins);
+    run->threads =
+        begins ? run->threads * rec_team->neighbours : run->threads / rec_team->neighbours;
+}
+
 struct flags {
     bool *flag;
     int count;

@@ -14,6 +14,7 @@
 /** A team, by whoever connects its members (mpi.c; tests). All members call in the same order. */
 struct team {
     int rank, ranks;
+    int neighbours;  // members on this machine, itself too
     /** Deal the items of the next stage anew. */
     void (*next_stage)(struct team *team);
     /** Is this item of the stage mine? Once yes in all the team. Any thread. */
@@ -23,6 +24,8 @@ struct team {
     /** Every member's bytes to the leader, which hears them one after another. */
     void (*hear)(struct team *team, const void *data, size_t size,
                  void (*heard)(void *context, const void *data, size_t size), void *context);
+    /** The leader's turn alone begins or ends: its neighbours' cores are its own until then. */
+    void (*alone)(struct team *team, bool begins);
 };
 
 /** The team of this process: NULL, but for goniocam-mpi. */
@@ -40,6 +43,8 @@ static inline bool rec_leads(void)
 enum status rec_team_agree(enum status status, struct error *err);
 /** The items of a new stage are to be dealt. */
 void rec_team_next_stage(struct run *run);
+/** The leader works alone from here, with the threads of its neighbours; or no longer. */
+void rec_team_alone(struct run *run, bool begins);
 /** flag [count] of the leader: set where any member's is. */
 void rec_team_any(bool *flag, int count);
 /** The leader's calibration, without tags, to all; the others' must be empty. STATUS_MEMORY. */
