@@ -77,10 +77,6 @@ static int run_reconstruct(const struct arguments *args)
         fprintf(stderr, "goniocam: --bins wants three numbers of bins, as 180x90x180\n");
         return 2;
     }
-    if (request.samples && rec_team) {
-        fprintf(stderr, "goniocam-mpi: --samples wants one process: use goniocam\n");
-        return 2;
-    }
     enum status status = rec_reconstruct(&summary, &request, &run, &err);
     cap_run_end(&run);
     if (!status && rec_leads())

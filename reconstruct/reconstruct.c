@@ -1,32 +1,10 @@
 /* reconstruct.c -- the whole job: photographs to BRDF. */
-#include "bins_hdf5.h"
-#include "preview.h"
+#include "job.h"
 #include "quantile.h"
-#include "run_json.h"
 #include "team.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-// Everything that a job holds on its way. Freed at its one exit.
-struct job {
-    const char *folder, *out, *calibration_file;
-    bool keep_samples;
-    struct run *run;
-    struct capture capture;
-    struct calibration calibration;
-    struct blockers blockers;
-    int all_views;  // of the calibration, also those left out
-    bool *usable;   // [shots]
-    char hash[33];
-    struct census census;
-    struct checks checks;
-    struct bins bins, fine;  // fine: on the grid that is asked for, if any
-    struct fits fits;
-    struct merl table;
-    uint8_t *status;  // [MERL_BINS]
-    double median_sigma;
-};
 
 // Views of somebody's calibration that this capture has no map for are left out.
 static enum status keep_views_with_maps(struct job *j, struct error *err)
@@ -147,22 +125,51 @@ static enum status look_first(struct job *j, struct consensus *consensus, struct
     return rec_team_agree(status, err);
 }
 
+// samples.h5; of a member that does not lead, its part of it.
+static char *samples_path(const struct job *j, int rank)
+{
+    char name[40];
+    snprintf(name, sizeof name, rank ? "samples.h5.part%d" : "samples.h5", rank);
+    return cap_path(j->out, name);
+}
+
+// The members' parts, once they are complete.
+static enum status join_samples(const struct job *j, struct samples_file *samples,
+                                struct error *err)
+{
+    enum status status = STATUS_OK;
+    for (int rank = 1; rec_team && rank < rec_team->ranks && !status; rank++) {
+        char *path = samples_path(j, rank);
+        status = path ? rec_samples_adopt(samples, path, err)
+                      : cap_fail(err, STATUS_MEMORY, "no memory for a path");
+        free(path);
+    }
+    return status;
+}
+
 // The last look: its samples are kept in samples.h5 where that is asked for.
 static enum status gather_kept(struct job *j, const struct consensus *consensus, struct error *err)
 {
     struct samples_file samples;
     if (!j->keep_samples)
         return gather(j, "samples again", consensus, NULL, err);
-    char *path = cap_path(j->out, "samples.h5");
+    char *path = samples_path(j, rec_team ? rec_team->rank : 0);
     enum status status = path ? rec_samples_begin(&samples, path, err)
                               : cap_fail(err, STATUS_MEMORY, "no memory for a path");
+    const bool begun = !status;
     free(path);
-    if (status)
-        return status;
+    status = rec_team_agree(status, err);
+    if (!status)
+        status = gather(j, "samples again", consensus, &samples, err);
     struct error story = {0};
-    status = gather(j, "samples again", consensus, &samples, &story);
-    enum status written = rec_samples_end(&samples, !status, err);
-    return status ? cap_fail(err, status, "%s", story.text) : written;
+    if (begun && !rec_leads() && rec_samples_end(&samples, !status, &story) && !status)
+        status = cap_fail(err, story.status, "%s", story.text);
+    status = rec_team_agree(status, err);
+    if (!status && rec_leads())
+        status = join_samples(j, &samples, err);
+    if (begun && rec_leads() && rec_samples_end(&samples, !status, &story) && !status)
+        status = cap_fail(err, story.status, "%s", story.text);
+    return rec_team_agree(status, err);
 }
 
 // Again, without what strays, and weighted by how much photosites really scatter.
@@ -215,130 +222,6 @@ static enum status conclude(struct job *j, struct error *err)
         rec_checks_warn(&j->checks, j->run);
     }
     return status;
-}
-
-// The largest solid angle of the lens's aperture, seen from the sample; 0: EXIF does not tell.
-static double detector_solid_angle(const struct job *j)
-{
-    double largest = 0;
-    for (int v = 0; v < j->calibration.views; v++) {
-        vec3 eye = cal_eye(j->calibration.view[v].view_from_world);
-        double distance = vec3_length(vec3_sub(eye, j->calibration.sample.center));
-        for (int p = 0; p < j->capture.photos; p++) {
-            const struct photo *photo = &j->capture.photo[p];
-            if (photo->aperture > 0 && photo->focal_length > 0) {
-                double radius = photo->focal_length / photo->aperture / 2;
-                largest = fmax(largest, CAP_PI * radius * radius / (distance * distance));
-            }
-        }
-    }
-    return largest;
-}
-
-static struct bins_about about_bins(const struct job *j)
-{
-    return (struct bins_about){
-        .version = "goniocam " GONIOCAM_VERSION,
-        .input_hash = j->hash,
-        .reference_albedo = j->capture.patches ? j->capture.patch[0].albedo : 0,
-        .detector_solid_angle = detector_solid_angle(j),
-    };
-}
-
-static enum status write_bins(const struct job *j, const char *path, struct error *err)
-{
-    struct bins_about about = about_bins(j);
-    return rec_bins_write(&j->bins, j->status, &about, path, err);
-}
-
-// The state of a finer bin that was not measured is that of the table's bin about its middle.
-static void fine_status(uint8_t *status, const struct job *j)
-{
-    for (int i = 0; i < rec_grid_bins(j->fine.grid); i++) {
-        half_diff low, high;
-        rec_grid_ranges(j->fine.grid, i, &low, &high);
-        half_diff middle = {(low.theta_h + high.theta_h) / 2, (low.theta_d + high.theta_d) / 2,
-                            (low.phi_d + high.phi_d) / 2};
-        uint8_t coarse = j->status[rec_merl_index(middle)];
-        status[i] = coarse == BIN_MEASURED ? BIN_INTERPOLATED : coarse;
-    }
-    for (int i = 0; i < j->fine.count; i++)
-        status[j->fine.bin[i].index] = BIN_MEASURED;
-}
-
-static enum status write_fine(const struct job *j, struct error *err)
-{
-    const struct grid g = j->fine.grid;
-    char name[80];
-    snprintf(name, sizeof name, "bins_%dx%dx%d.h5", g.theta_h, g.theta_d, g.phi_d);
-    struct bins_about about = about_bins(j);
-    char *path = cap_path(j->out, name);
-    uint8_t *status = malloc((size_t)rec_grid_bins(g));
-    enum status result = cap_fail(err, STATUS_MEMORY, "no memory for %s", name);
-    if (path && status) {
-        fine_status(status, j);
-        result = rec_bins_write(&j->fine, status, &about, path, err);
-    }
-    free(status);
-    free(path);
-    return result;
-}
-
-static enum status write_fits(const struct job *j, const char *path, struct error *err)
-{
-    return rec_fits_write(&j->fits, path, err);
-}
-
-static enum status write_table(const struct job *j, const char *path, struct error *err)
-{
-    return rec_merl_write(&j->table, path, err);
-}
-
-static enum status write_preview(const struct job *j, const char *path, struct error *err)
-{
-    return rec_preview(&j->table, &j->fits.fit[0], path, j->run, err);
-}
-
-static enum status write_story(const struct job *j, const char *path, struct error *err)
-{
-    cap_stage(j->run, "", 0);  // the times of all stages are known, but for its own
-    struct run_story story = {
-        .capture = j->folder,
-        .out = j->out,
-        .calibration_file = j->calibration_file,
-        .input_hash = j->hash,
-        .run = j->run,
-        .census = &j->census,
-        .surroundings = &j->calibration.surroundings,
-        .bins = &j->bins,
-        .fits = &j->fits,
-        .table = &j->table,
-        .median_sigma = j->median_sigma,
-        .checks = &j->checks,
-    };
-    return rec_run_json(&story, path, err);
-}
-
-static enum status write_results(struct job *j, struct error *err)
-{
-    static const struct {
-        const char *name;
-        enum status (*write)(const struct job *j, const char *path, struct error *err);
-    } results[] = {
-        {"bins.h5", write_bins},        {"fits.yaml", write_fits}, {"brdf.binary", write_table},
-        {"preview.png", write_preview}, {"run.json", write_story},
-    };
-    enum { RESULTS = sizeof results / sizeof *results };
-    cap_stage(j->run, "write", RESULTS);
-    enum status status = cap_capture_hash(j->hash, &j->capture, err);
-    for (int i = 0; i < RESULTS && !status; i++) {
-        char *path = cap_path(j->out, results[i].name);
-        status = path ? results[i].write(j, path, err)
-                      : cap_fail(err, STATUS_MEMORY, "no memory for a path");
-        free(path);
-        cap_step(j->run);
-    }
-    return !status && j->fine.bin ? write_fine(j, err) : status;
 }
 
 static void free_job(struct job *j)
@@ -399,7 +282,7 @@ enum status rec_reconstruct(struct summary *summary, const struct request *reque
     if (!status && rec_leads())
         status = conclude(&j, err);
     if (!status && rec_leads())
-        status = write_results(&j, err);
+        status = rec_job_write(&j, err);
     status = rec_team_agree(status, err);
     if (!status && rec_leads())
         *summary = (struct summary){j.census.shots, j.bins.count, j.median_sigma, j.fits.fit[0]};

@@ -9,6 +9,7 @@
 #include <hdf5.h>
 
 #include <stdlib.h>
+#include <unistd.h>
 
 // Datasets in the order of a block's columns.
 static const struct field {
@@ -181,6 +182,27 @@ enum status rec_samples_put(struct samples_file *file, struct sample_block *bloc
         return cap_fail(err, STATUS_MEMORY, "no memory for samples.h5");
     fill_row(block->row[block->count++], sample, x, y);
     return block->count < BLOCK_ROWS ? STATUS_OK : rec_samples_flush(file, block, shot, err);
+}
+
+// One shot of the other file; H5Literate goes on where 0 is returned.
+static herr_t copy_shot(hid_t from, const char *name, const H5L_info_t *info, void *to)
+{
+    (void)info;
+    return H5Ocopy(from, name, *(const hid_t *)to, name, H5P_DEFAULT, H5P_DEFAULT) < 0 ? -1 : 0;
+}
+
+enum status rec_samples_adopt(struct samples_file *file, const char *path, struct error *err)
+{
+    hid_t from = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    bool ok = from >= 0
+              && H5Literate(from, H5_INDEX_NAME, H5_ITER_INC, NULL, copy_shot, &file->file) >= 0;
+    if (from >= 0)
+        H5Fclose(from);
+    if (!ok)
+        return cap_fail(err, STATUS_IO, "%s: cannot be joined to %s: is the disk full?", path,
+                        file->aside.name);
+    unlink(path);
+    return STATUS_OK;
 }
 
 enum status rec_samples_end(struct samples_file *file, bool keep, struct error *err)

@@ -25,6 +25,8 @@ enum status rec_samples_put(struct samples_file *file, struct sample_block *bloc
 /** Write what is left in a block. STATUS_IO. */
 enum status rec_samples_flush(struct samples_file *file, struct sample_block *block,
                               const char *shot, struct error *err);
+/** Take the shots of another process's file, and remove that. STATUS_IO. */
+enum status rec_samples_adopt(struct samples_file *file, const char *path, struct error *err);
 /** The file under its name, complete; keep false: none. STATUS_IO. */
 enum status rec_samples_end(struct samples_file *file, bool keep, struct error *err);
 

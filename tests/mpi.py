@@ -12,6 +12,8 @@ import sys
 import tempfile
 import time
 
+import h5py
+
 failed = 0
 MPIRUN = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n"]
 
@@ -58,6 +60,12 @@ def lose_one_rank(command, after):
     return p.returncode, story
 
 
+def samples(path):
+    """Everything in a samples.h5, as text that compares."""
+    with h5py.File(path) as f:
+        return {"%s/%s" % (shot, k): f[shot][k][...].tobytes() for shot in f for k in f[shot]}
+
+
 def main():
     goniocam, project = sys.argv[1:3]
     mpi = os.path.join(os.path.dirname(goniocam), "goniocam-mpi")
@@ -74,6 +82,10 @@ def main():
         for n in ("1", "2", "3"):
             subprocess.check_call(MPIRUN + [n, mpi, "reconstruct", at("capture"), "-o", at("m" + n), "--quiet"], **quiet)
             check("%s ranks: the same bytes as one process" % n, same(at("one"), at("m" + n)))
+        for command, out in (([goniocam], "s1"), (MPIRUN + ["2", mpi], "s2")):
+            subprocess.check_call(command + ["reconstruct", at("capture"), "-o", at(out), "--quiet", "--samples"], **quiet)
+        check("2 ranks: the same samples", samples(at("s1/samples.h5")) == samples(at("s2/samples.h5")))
+        check("no parts of samples.h5 are left", not [n for n in os.listdir(at("s2")) if "part" in n])
 
         job = MPIRUN + ["2", mpi, "reconstruct", at("capture"), "-o", at("lost"), "--quiet"]
         code, story = lose_one_rank(job, 0.4 * seconds)

@@ -241,7 +241,7 @@ struct summary {
     struct fit best;
 };
 /** What reconstruct is asked for: folders CAPTURE and OUT; a calibration.yaml to start from, or
- *  NULL; whether every sample is to be kept in OUT/samples.h5 (by one process alone); a grid for
+ *  NULL; whether every sample is to be kept in OUT/samples.h5; a grid for
  *  OUT/bins_HxDxP.h5 besides that of bins.h5, or {0}. */
 struct request {
     const char *capture, *out, *calibration;
