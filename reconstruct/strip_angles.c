@@ -58,10 +58,11 @@ WIDE static void take_angles(struct strip *s)
     }
 }
 
+// Whatever the place: lanes that are not in use may hold no number.
 static inline int bin_of(double place, int bins)
 {
-    int i = (int)place;
-    return i < bins ? i : bins - 1;
+    place = place > 0 ? place : 0;
+    return (int)(place < bins - 1 ? place : bins - 1);
 }
 
 WIDE static void take_bins(struct strip *s)

@@ -46,6 +46,7 @@ def rows(r):
         limits = (1, 4) if angle in ("0-60", "60-75") else (None, None)
         yield "bins %s deg, median %%" % angle, 100 * row["RGB"]["median"], limits[0]
         yield "bins %s deg, 95 %%" % angle, 100 * row["RGB"]["p95"], limits[1]
+        yield "bins %s deg, signed median %%" % angle, 100 * row["RGB"]["bias"], None
         z = (bins["z"] or {}).get(angle, {}).get("RGB")
         if z:
             yield "bins %s deg, within 1 / 2 sigma" % angle, "%.3f / %.3f" % (z["within_1"], z["within_2"]), None
