@@ -108,7 +108,8 @@ WIDE static void take_centers(struct strip *s, struct looks *look, const struct 
         double cos_o = -(e->ray.x[i] * e->m.normal.x[i] + e->ray.y[i] * e->m.normal.y[i]
                          + e->ray.z[i] * e->m.normal.z[i]);
         double dusk = cos_i < 0 ? -cos_i : cos_i;
-        look->edge[i] = (cos_o * cos_o <= near * step) | (dusk * cos_o <= near * step) ? 1 : 0;
+        bool edge = (cos_o * cos_o <= near * step) | (dusk * cos_o <= near * step);
+        look->edge[i] = edge ? 1 : 0;
         look->wide[i] = step < narrow * cos_o * cos_i ? 0 : 1;
         // Towards the eye 1/cos_o^2 times as much as across (but 100): the mean, h lies anywhere.
         s->spread[0][i] = s->spread[1][i] = step * step / 24 * (1 + 1 / (cos_o * cos_o + 0.01));

@@ -102,12 +102,12 @@ WIDE static void take_channel(struct strip *s, struct failures *failed, const st
         double size = f < 0 ? -f : f;
         bool mine = r->mine[i] > 0;
         bool good = (size < limit) & (noise >= 0) & (noise < limit * limit);
-        failed->saturated[i] = mine & (variance > (double)FLT_MAX) ? 1 : failed->saturated[i];
-        failed->unusable[i] = mine & !good ? 1 : failed->unusable[i];
-        failed->unlent[i] = mine | good ? failed->unlent[i] : 1;
+        failed->saturated[i] = (mine & (variance > (double)FLT_MAX)) ? 1 : failed->saturated[i];
+        failed->unusable[i] = (mine & !good) ? 1 : failed->unusable[i];
+        failed->unlent[i] = (mine | good) ? failed->unlent[i] : 1;
         s->f[c][i] = f;
         s->noise[c][i] = noise;
-        s->bounced[c][i] = mine & (extra > 0) ? part : 0;
+        s->bounced[c][i] = (mine & (extra > 0)) ? part : 0;
     }
 }
 

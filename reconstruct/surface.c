@@ -44,7 +44,8 @@ WIDE static void meet_round(struct meetings *to, const struct round_body *of, co
         double s = (-slope - sqrt(q > 0 ? q : 0)) / (a > 0 ? a : 1);
         double x = b.m.x + s * dx, y = b.m.y + s * dy, z = b.m.z + s * dz;
         double up = x * b.axis.x + y * b.axis.y + z * b.axis.z;
-        to->hit[i] = (q > 0) & (slope <= 0) & (a > 0) & (up <= b.half) & (-up <= b.half) ? 1 : 0;
+        bool met = (q > 0) & (slope <= 0) & (a > 0) & (up <= b.half) & (-up <= b.half);
+        to->hit[i] = met ? 1 : 0;
         to->point.x[i] = b.center.x + x;
         to->point.y[i] = b.center.y + y;
         to->point.z[i] = b.center.z + z;

@@ -176,7 +176,7 @@ static void test_fates(void **state)
     (void)state;
     struct scene *s = make_scene("lambert", grey);
     struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
-    int64_t count[FATES] = {0}, hits = 0;
+    int count[FATES] = {0}, hits = 0;
     shoot(s);
     size_t middle = 3 * (size_t)(40 * WIDTH + 52);
     s->map.variance[middle + 1] = INFINITY;
