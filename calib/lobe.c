@@ -16,7 +16,7 @@ enum { AT_H = 3, AT_D = AT_H + LOBE_H, AT_G = AT_D + 3 * LOBE_D };
 
 static const double HALF = 0.01;  // rad: the narrowest lobe that is told from a narrower one
 static const double SMOOTH_H = 0.4, SMOOTH_D = 0.5, SMOOTH_G = 0.3;  // second differences
-static const double WIDE = 4;    // prior of a coefficient itself
+static const double LOOSE = 4;    // prior of a coefficient itself
 static const double FAINT = -5;  // where the gloss goes that nobody sees: ln(1/sr)
 
 /** The four B-splines that are not zero at u in [0, 1], and the first one's index. */
@@ -126,9 +126,9 @@ static int prior(int row, const double *coefficient, int at, const double *facto
 static int spline_priors(int row, const double *coefficient, int at, int count, double mean,
                          double smooth, double *residual, double *jacobian)
 {
-    const double own[1] = {1 / WIDE}, second[3] = {1 / smooth, -2 / smooth, 1 / smooth};
+    const double own[1] = {1 / LOOSE}, second[3] = {1 / smooth, -2 / smooth, 1 / smooth};
     for (int k = 0; k < count; k++)
-        row = prior(row, coefficient, at + k, own, 1, mean / WIDE, residual, jacobian);
+        row = prior(row, coefficient, at + k, own, 1, mean / LOOSE, residual, jacobian);
     for (int k = 0; k + 2 < count; k++)
         row = prior(row, coefficient, at + k, second, 3, 0, residual, jacobian);
     return row;
@@ -137,13 +137,13 @@ static int spline_priors(int row, const double *coefficient, int at, int count, 
 void cal_lobe_priors(const double coefficient[LOBE_SIZE], double residual[LOBE_PRIORS],
                      double *jacobian)
 {
-    const double own[1] = {1 / WIDE};
+    const double own[1] = {1 / LOOSE};
     memset(residual, 0, sizeof(double[LOBE_PRIORS]));
     if (jacobian)
         memset(jacobian, 0, sizeof(double[LOBE_PRIORS][LOBE_SIZE]));
     int row = 0;
     for (int c = 0; c < 3; c++)
-        row = prior(row, coefficient, c, own, 1, FAINT / WIDE, residual, jacobian);
+        row = prior(row, coefficient, c, own, 1, FAINT / LOOSE, residual, jacobian);
     row = spline_priors(row, coefficient, AT_H, LOBE_H, FAINT, SMOOTH_H, residual, jacobian);
     for (int c = 0; c < 3; c++)
         row = spline_priors(row, coefficient, AT_D + c * LOBE_D, LOBE_D, 0, SMOOTH_D, residual,

@@ -32,12 +32,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#if defined __x86_64__ && !defined __clang__ && !defined __SANITIZE_ADDRESS__
-// The sanitizer's runtime is not there yet when the loader chooses a clone; clang 14 has none.
-#define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define WIDE
-#endif
 #if defined __clang__
 #define INDEPENDENT
 #else

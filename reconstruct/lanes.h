@@ -1,8 +1,8 @@
 /* lanes.h -- neighbouring photosites side by side: loops over lanes become vector instructions.
  *
- * A function marked WIDE is compiled for several widths of vector and the machine's is taken when
- * the program starts. Lanes do not meet, and no operation is fused or reordered: all widths give
- * the same bits. Conditions choose between two finished values, so that they are no branches.
+ * Functions marked WIDE (program.h) do the loops. Lanes do not meet, and no operation is fused or
+ * reordered: all widths give the same bits. Conditions choose between two finished values, so that
+ * they are no branches.
  */
 #ifndef GONIOCAM_LANES_H
 #define GONIOCAM_LANES_H
@@ -10,7 +10,6 @@
 #include "calib.h"
 
 enum { LANES = 64 };  // some forty arrays of them fit in a first-level cache
-#define WIDE __attribute__((target_clones("avx512f", "avx2", "default")))
 
 /** LANES vectors. */
 typedef struct {
