@@ -55,23 +55,40 @@ static void draw_bar(const struct run *run)
     fflush(stderr);
 }
 
+static void remember(struct run *run, const char *text)
+{
+    for (int i = 0; i < run->warnings; i++)
+        if (strcmp(run->warning[i], text) == 0)
+            return;
+    char **grown = realloc(run->warning, (size_t)(run->warnings + 1) * sizeof *grown);
+    if (!grown)
+        return;
+    run->warning = grown;
+    char *copy = strdup(text);
+    if (copy)
+        run->warning[run->warnings++] = copy;
+}
+
 void cap_warn(struct run *run, const char *format, ...)
 {
     char text[800];
     va_list args;
+    if (run->mute)
+        return;
     va_start(args, format);
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
     pthread_mutex_lock(&lock);
     fprintf(stderr, "%sgoniocam: warning: %s\n", run->bar && run->began > 0 ? clear_line : "",
             text);
-    char **grown = realloc(run->warning, (size_t)(run->warnings + 1) * sizeof *grown);
-    if (grown) {
-        run->warning = grown;
-        char *copy = strdup(text);
-        if (copy)
-            run->warning[run->warnings++] = copy;
-    }
+    remember(run, text);
+    pthread_mutex_unlock(&lock);
+}
+
+void cap_warned(struct run *run, const char *text)
+{
+    pthread_mutex_lock(&lock);
+    remember(run, text);
     pthread_mutex_unlock(&lock);
 }
 

@@ -56,23 +56,22 @@ static void check_coverage(struct checks *k, const struct bins *bins)
             k->coverage[band_of(bins->bin[i].index)].measured++;
 }
 
-struct checks rec_checks(const struct bins *bins, const struct census *census,
-                         const struct merl *table)
+enum status rec_checks(struct checks *k, const struct bins *bins, const struct census *census,
+                       const struct merl *table, const uint8_t *state, double fit_error,
+                       struct error *err)
 {
     static const double theta_deg[ALBEDO_ANGLES] = {0, 15, 30, 45, 60, 75, 85};
-    struct checks k = {
+    *k = (struct checks){
         .isotropy = rec_unevenness(census->residuals.grain, GRAIN_CELLS),
         .homogeneity = rec_unevenness(census->residuals.place, PLACE_CELLS),
     };
     double seen = (double)(census->photosites[FATE_USED] + census->photosites[FATE_STRAY]);
-    k.stray = seen > 0 ? (double)census->photosites[FATE_STRAY] / seen : 0;
-    check_reciprocity(&k, bins);
-    check_coverage(&k, bins);
-    for (int i = 0; i < ALBEDO_ANGLES; i++) {
-        k.albedo[i].theta_i_deg = theta_deg[i];
-        rec_table_albedo(k.albedo[i].albedo, table, theta_deg[i] * CAP_PI / 180);
-    }
-    return k;
+    k->stray = seen > 0 ? (double)census->photosites[FATE_STRAY] / seen : 0;
+    check_reciprocity(k, bins);
+    check_coverage(k, bins);
+    for (int i = 0; i < ALBEDO_ANGLES; i++)
+        k->albedo[i].theta_i_deg = theta_deg[i];
+    return rec_albedos(k->albedo, ALBEDO_ANGLES, table, state, bins, fit_error, err);
 }
 
 // Larger than 2 % and than what chance makes of nothing.
@@ -104,12 +103,14 @@ void rec_checks_warn(const struct checks *k, struct run *run)
                  "even and opaque, and the room dark?",
                  100 * k->homogeneity.rms);
     for (int i = 0; i < ALBEDO_ANGLES; i++)
-        for (int c = 0; c < 3; c++)
-            if (k->albedo[i].albedo[c] > 1.02 && k->albedo[i].theta_i_deg < 80) {
-                cap_warn(run,
-                         "the sample returns %.0f %% of the light from %g degrees: is the "
-                         "reference's albedo right?",
-                         100 * k->albedo[i].albedo[c], k->albedo[i].theta_i_deg);
-                return;
-            }
+        for (int c = 0; c < 3; c++) {
+            const struct albedo *a = &k->albedo[i];
+            if (a->value[c] - 2 * a->sigma[c] <= 1 || a->theta_i_deg >= 80)
+                continue;
+            cap_warn(run,
+                     "the sample returns %.1f +- %.1f %% of the light from %g degrees: is the "
+                     "reference's albedo right?",
+                     100 * a->value[c], 100 * a->sigma[c], a->theta_i_deg);
+            return;
+        }
 }

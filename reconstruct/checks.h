@@ -2,6 +2,7 @@
 #ifndef GONIOCAM_CHECKS_H
 #define GONIOCAM_CHECKS_H
 
+#include "albedo.h"
 #include "gather.h"
 
 enum { ALBEDO_ANGLES = 7, COVERAGE_BANDS = 9 };
@@ -15,9 +16,7 @@ struct checks {
         double chi2;         // mean of (difference / its noise)^2, outliers at most 16
     } reciprocity;
     unevenness isotropy, homogeneity;
-    struct {
-        double theta_i_deg, albedo[3];
-    } albedo[ALBEDO_ANGLES];
+    struct albedo albedo[ALBEDO_ANGLES];
     // By the larger of theta_i and theta_o, in bands of 10 degrees.
     struct {
         int bins, measured;
@@ -25,8 +24,10 @@ struct checks {
     double stray;  // part of the photosites that were left out because neighbours disagree
 };
 
-struct checks rec_checks(const struct bins *bins, const struct census *census,
-                         const struct merl *table);
+/** state and fit_error as for rec_albedos. STATUS_MEMORY. */
+enum status rec_checks(struct checks *checks, const struct bins *bins, const struct census *census,
+                       const struct merl *table, const uint8_t *state, double fit_error,
+                       struct error *err);
 /** Tell the person what to look at. */
 void rec_checks_warn(const struct checks *checks, struct run *run);
 

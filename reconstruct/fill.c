@@ -152,20 +152,3 @@ enum status rec_fill(struct merl *merl, uint8_t *status, const struct bins *bins
     free(g.correction);
     return ok ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "no memory for the complete table");
 }
-
-void rec_table_albedo(double albedo[3], const struct merl *merl, double theta_i)
-{
-    enum { THETA = 180, PHI = 180 };
-    const double step_theta = CAP_PI / 2 / THETA, step_phi = CAP_PI / PHI;
-    vec3 wi = {sin(theta_i), 0, cos(theta_i)};
-    albedo[0] = albedo[1] = albedo[2] = 0;
-    for (int t = 0; t < THETA; t++)
-        for (int p = -PHI; p < PHI; p++) {
-            double theta = (t + 0.5) * step_theta, phi = (p + 0.5) * step_phi;
-            vec3 wo = {sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)};
-            int bin = rec_merl_index(rec_half_diff(wi, wo));
-            double w = sin(theta) * cos(theta) * step_theta * step_phi;
-            for (int c = 0; c < 3; c++)
-                albedo[c] += w * fmax(0, merl->value[at(c, bin)]);
-        }
-}

@@ -217,10 +217,11 @@ static enum status conclude(struct job *j, struct error *err)
     if (!j->status)
         return cap_fail(err, STATUS_MEMORY, "no memory for the table");
     status = rec_fill(&j->table, j->status, &j->bins, &j->fits.fit[0], j->run, err);
-    if (!status) {
-        j->checks = rec_checks(&j->bins, &j->census, &j->table);
+    if (!status)
+        status = rec_checks(&j->checks, &j->bins, &j->census, &j->table, j->status,
+                            j->fits.fit[0].log_rms, err);
+    if (!status)
         rec_checks_warn(&j->checks, j->run);
-    }
     return status;
 }
 
@@ -241,9 +242,11 @@ static void free_job(struct job *j)
 // Photographs to radiance maps.
 static enum status merge(struct job *j, struct error *err)
 {
+    j->run->mute = !rec_leads();  // all read the same
     enum status status = cap_capture_read(&j->capture, j->folder, j->run, err);
     if (!status)
         status = cap_capture_settle(&j->capture, j->run, err);
+    j->run->mute = false;
     if (!status)
         status = cap_make_folder(j->out, err);
     if (!status) {
@@ -279,6 +282,7 @@ enum status rec_reconstruct(struct summary *summary, const struct request *reque
     if (!status)
         status = look_again(&j, err);
     rec_team_alone(j.run, true);
+    rec_team_hear_warnings(j.run);
     if (!status && rec_leads())
         status = conclude(&j, err);
     if (!status && rec_leads())

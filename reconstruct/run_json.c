@@ -54,11 +54,13 @@ static json_t *albedo(const struct checks *k)
 {
     json_t *list = json_array();
     for (int i = 0; i < ALBEDO_ANGLES; i++) {
-        const double *a = k->albedo[i].albedo;
+        const struct albedo *a = &k->albedo[i];
+        const double *v = a->value, *s = a->sigma, *f = a->filled;
         json_array_append_new(list,
-                              json_pack("{s:f, s:[f, f, f], s:b}", "theta_i_deg",
-                                        k->albedo[i].theta_i_deg, "albedo", a[0], a[1], a[2],
-                                        "conserves_energy", a[0] <= 1 && a[1] <= 1 && a[2] <= 1));
+                              json_pack("{s:f, s:[f, f, f], s:[f, f, f], s:[f, f, f], s:b}",
+                                        "theta_i_deg", a->theta_i_deg, "albedo", v[0], v[1], v[2],
+                                        "sigma", s[0], s[1], s[2], "not_measured", f[0], f[1], f[2],
+                                        "conserves_energy", v[0] <= 1 && v[1] <= 1 && v[2] <= 1));
     }
     return list;
 }

@@ -79,6 +79,26 @@ void rec_team_any(bool *flag, int count)
         rec_team->hear(rec_team, flag, (size_t)count * sizeof *flag, any, &all);
 }
 
+static void add_warnings(void *run, const void *texts, size_t size)
+{
+    for (const char *text = texts, *end = text + size; text < end; text += strlen(text) + 1)
+        cap_warned(run, text);
+}
+
+void rec_team_hear_warnings(struct run *run)
+{
+    if (!rec_team)
+        return;
+    size_t size = 0, at = 0;
+    for (int i = 0; i < run->warnings; i++)
+        size += strlen(run->warning[i]) + 1;
+    char *texts = malloc(size + 1);
+    for (int i = 0; texts && i < run->warnings; at += strlen(run->warning[i++]) + 1)
+        strcpy(texts + at, run->warning[i]);
+    rec_team->hear(rec_team, texts, at, add_warnings, run);
+    free(texts);
+}
+
 /* ---- the calibration --------------------------------------------------------------------------
  */
 

@@ -47,6 +47,8 @@ void rec_team_next_stage(struct run *run);
 void rec_team_alone(struct run *run, bool begins);
 /** flag [count] of the leader: set where any member's is. */
 void rec_team_any(bool *flag, int count);
+/** Whatever members warned of stands in the leader's list too. */
+void rec_team_hear_warnings(struct run *run);
 /** The leader's calibration, without tags, to all; the others' must be empty. STATUS_MEMORY. */
 enum status rec_team_tell_calibration(struct calibration *calibration, struct error *err);
 /** The leader's consensus and its fit to all. *fit is room for the fit. STATUS_MEMORY. */

@@ -4,6 +4,7 @@
     tests/mpi.py GONIOCAM PROJECT        goniocam-mpi is looked for beside GONIOCAM; skipped (77) without mpirun
 """
 import filecmp
+import json
 import os
 import shutil
 import signal
@@ -93,6 +94,19 @@ def main():
         check("nothing half-written", not os.path.exists(at("lost/brdf.binary")))
         subprocess.check_call(job, **quiet)
         check("run again: the same bytes", same(at("one"), at("lost")))
+
+        shutil.copytree(at("capture"), at("torn"))
+        photo = sorted(n for n in os.listdir(at("torn")) if n.endswith(".tif") and "exp" in n)[4]
+        os.truncate(os.path.join(at("torn"), photo), 1000)
+        told = []
+        for command, out in (([goniocam], "t1"), (MPIRUN + ["2", mpi], "t2")):
+            run = subprocess.run(command + ["reconstruct", at("torn"), "-o", at(out), "--quiet"],
+                                 stderr=subprocess.PIPE, **quiet)
+            told.append([line for line in run.stderr.decode().splitlines() if photo in line])
+            check("%s: a torn photograph is left out, and named once" % out, run.returncode == 0 and len(told[-1]) == 1)
+        check("2 ranks: the same bytes without it", same(at("t1"), at("t2")))
+        warnings = [sorted(json.load(open(at(out + "/run.json")))["warnings"]) for out in ("t1", "t2")]
+        check("2 ranks: the same warnings in run.json", warnings[0] == warnings[1] and len(warnings[0]) > 0)
 
         run = subprocess.run(MPIRUN + ["2", mpi, "reconstruct", at("nowhere"), "-o", at("x"), "--quiet"],
                              stderr=subprocess.PIPE, **quiet)

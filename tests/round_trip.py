@@ -7,6 +7,7 @@ The scene is samples/tiny.yaml. Limits are three times what its noise and size (
 looser; the figures of full captures are tests/bench/accuracy.py's.
 """
 import filecmp
+import json
 import os
 import subprocess
 import sys
@@ -54,6 +55,16 @@ def reflectance(out, truth):
     check("ggx ior", abs(ggx["ior"]["value"] - material["ior"]), 0.02)
 
 
+def albedos(out, truth):
+    """Of the complete table: measured where the twelve photographs reach, filled elsewhere."""
+    for at in json.load(open(out + "/run.json"))["checks"]["directional_albedo"]:
+        if at["theta_i_deg"] <= 75:
+            true = T.albedo(truth.material, at["theta_i_deg"])
+            check("albedo at %g deg, sigmas off" % at["theta_i_deg"],
+                  (np.abs(np.subtract(at["albedo"], true)) / at["sigma"]).max(), 3)
+            check("its sigma, %", 100 * (at["sigma"] / true).max(), 5)
+
+
 def main():
     goniocam, project = sys.argv[1:3]
     with tempfile.TemporaryDirectory() as folder:
@@ -65,6 +76,7 @@ def main():
         truth = T.Truth(os.path.join(capture, "truth.json"))
         geometry(T.load(os.path.join(one, "calibration.yaml")), truth)
         reflectance(one, truth)
+        albedos(one, truth)
         for name in ("brdf.binary", "calibration.yaml", "fits.yaml"):
             check("%s differs between 1 and 2 threads" % name,
                   not filecmp.cmp(os.path.join(one, name), os.path.join(two, name), shallow=False), 0)

@@ -142,8 +142,15 @@ static void test_numbers_of_made_bins(void **state)
             struct bin *b = &bins.bin[i];
             b->swapped[c] = i % 2 ? NAN : 0.03 * b->mean[c];
             b->swapped_noise[c] = 0.01 * b->mean[c];
+            b->systematic = 0.01;
         }
-    struct checks k = rec_checks(&bins, &census, &table);
+    uint8_t *of_bin = malloc(MERL_BINS);
+    struct checks k;
+    assert_non_null(of_bin);
+    memset(of_bin, BIN_EXTRAPOLATED, MERL_BINS);
+    for (int i = 0; i < bins.count; i++)
+        of_bin[bins.bin[i].index] = BIN_MEASURED;
+    assert_int_equal(rec_checks(&k, &bins, &census, &table, of_bin, 0.1, NULL), STATUS_OK);
     assert_int_equal(k.reciprocity.bins, (bins.count + 1) / 2);
     assert_near(k.reciprocity.mean, 0.03, 1e-12);
     assert_near(k.reciprocity.typical, 0.03, 1e-12);
@@ -156,12 +163,19 @@ static void test_numbers_of_made_bins(void **state)
     }
     assert_int_equal(measured, bins.count);
     assert_int_equal(all, 1096216);  // bins above the horizon
-    for (int i = 0; i < ALBEDO_ANGLES; i++)
-        assert_near(k.albedo[i].albedo[1], 0.5, 1e-4);  // midpoint rule in half degrees
+    for (int i = 0; i < ALBEDO_ANGLES; i++) {
+        const struct albedo *a = &k.albedo[i];
+        double filled = a->filled[1];
+        assert_near(a->value[1], 0.5, 1e-4);  // midpoint rule in half degrees
+        assert_true(filled > 0 && filled <= a->value[1]);
+        // Bins without noise: 1 % of what is measured and, apart from it, 10 % of what is not.
+        assert_near(a->sigma[1], hypot(0.01 * (a->value[1] - filled), 0.1 * filled), 1e-9);
+    }
     cap_run_begin(&run, 1, true);
     rec_checks_warn(&k, &run);
     assert_int_equal(run.warnings, 1);  // reciprocity; 1 % stray is the limit, not beyond it
     cap_run_end(&run);
+    free(of_bin);
     rec_merl_free(&table);
     rec_bins_free(&bins);
 }

@@ -37,6 +37,17 @@ def directions(angles):
     return up(d), up(d * [-1, -1, 1])
 
 
+def albedo(material, theta_i_deg):
+    """Directional albedo [3] of ggx(), by the midpoint rule in cos^2 and azimuth."""
+    n = 600
+    u, phi = (np.arange(n) + 0.5) / n, np.pi * (np.arange(n) + 0.5) / n
+    z, phi = np.meshgrid(np.sqrt(u), phi, indexing="ij")
+    r = np.sqrt(1 - z * z)
+    wo = np.stack([r * np.cos(phi), r * np.sin(phi), z], -1)
+    t = np.radians(theta_i_deg)
+    return np.pi * ggx(material, np.array([np.sin(t), 0, np.cos(t)]), wo).mean((0, 1))
+
+
 class Truth:
     def __init__(self, path):
         with open(path) as f:

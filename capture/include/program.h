@@ -109,6 +109,7 @@ struct stage {
 struct run {
     int threads;     // >= 1
     bool quiet;      // no progress; warnings and errors are told all the same
+    bool mute;       // warnings come from another process that does the same: say nothing
     char **warning;  // [warnings]
     int warnings;
     struct stage *stage;  // [stages], finished ones and the current one
@@ -131,6 +132,8 @@ void cap_run_begin(struct run *run, int threads, bool quiet);
 void cap_run_end(struct run *run);
 /** "goniocam: warning: ..." on stderr, once a line, and remembered for run.json. Thread-safe. */
 void cap_warn(struct run *run, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/** A warning that another process has told already, for run.json; none twice. Thread-safe. */
+void cap_warned(struct run *run, const char *text);
 /** A stage of `steps` steps begins; ends the one before. The name "" only ends it. */
 void cap_stage(struct run *run, const char *name, int steps);
 /** One step of the current stage is done. Thread-safe. */
