@@ -16,7 +16,7 @@ enum { AT_H = 3, AT_D = AT_H + LOBE_H, AT_G = AT_D + 3 * LOBE_D };
 
 static const double HALF = 0.01;  // rad: the narrowest lobe that is told from a narrower one
 static const double SMOOTH_H = 0.4, SMOOTH_D = 0.5, SMOOTH_G = 0.3;  // second differences
-static const double LOOSE = 4;    // prior of a coefficient itself
+static const double LOOSE = 4;   // prior of a coefficient itself
 static const double FAINT = -5;  // where the gloss goes that nobody sees: ln(1/sr)
 
 /** The four B-splines that are not zero at u in [0, 1], and the first one's index. */
