@@ -63,6 +63,7 @@ static int run_command(const struct command *command, int argc, char **argv)
         print_command_usage(stdout, command);
         return 0;
     }
+    cap_interruptible("goniocam");
     int code = command->run(&args);
     if (code == 2)
         print_command_usage(stderr, command);

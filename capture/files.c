@@ -6,6 +6,7 @@
 #include "capture.h"
 
 #include <errno.h>
+#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -55,14 +56,64 @@ enum status cap_make_folder(const char *path, struct error *err)
     return status;
 }
 
+// The files that are being written, by their names aside: what a stopped program removes.
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static const char **open_aside = NULL;
+static size_t opened = 0;
+
+static bool register_aside(const char *aside)
+{
+    pthread_mutex_lock(&lock);
+    const char **grown = realloc(open_aside, (opened + 1) * sizeof *grown);
+    if (grown) {
+        open_aside = grown;
+        open_aside[opened++] = aside;
+    }
+    pthread_mutex_unlock(&lock);
+    return grown != NULL;
+}
+
+// The last one's end gives the list back.
+static void forget_aside(const char *aside)
+{
+    size_t i = 0;
+    while (i < opened && open_aside[i] != aside)
+        i++;
+    if (i < opened)
+        open_aside[i] = open_aside[--opened];
+    if (opened == 0) {
+        free(open_aside);
+        open_aside = NULL;
+    }
+}
+
+static void release(struct atomic_file *file)
+{
+    pthread_mutex_lock(&lock);
+    forget_aside(file->aside);
+    pthread_mutex_unlock(&lock);
+    free(file->name);
+    free(file->aside);
+    *file = (struct atomic_file){0};
+}
+
+void cap_files_stop(void)
+{
+    pthread_mutex_lock(&lock);  // for good: no file appears any more
+    for (size_t i = 0; i < opened; i++)
+        remove(open_aside[i]);
+}
+
 enum status cap_file_begin(struct atomic_file *file, const char *path, bool with_stream,
                            struct error *err)
 {
     enum status status = STATUS_OK;
     struct atomic_file made = {.name = strdup(path)};
     // The process id keeps two runs into one folder apart.
-    if (!made.name || asprintf(&made.aside, "%s.%ld.part", path, (long)getpid()) < 0) {
+    bool named = made.name && asprintf(&made.aside, "%s.%ld.part", path, (long)getpid()) >= 0;
+    if (!named)
         made.aside = NULL;
+    if (!named || !register_aside(made.aside)) {
         status = cap_fail(err, STATUS_MEMORY, "%s", path);
     } else if (with_stream && !(made.stream = fopen(made.aside, "wb"))) {
         status = cap_fail(err, STATUS_IO, "%s: cannot be written: %s", path, strerror(errno));
@@ -70,16 +121,8 @@ enum status cap_file_begin(struct atomic_file *file, const char *path, bool with
         *file = made;
         return STATUS_OK;
     }
-    free(made.name);
-    free(made.aside);
+    release(&made);
     return status;
-}
-
-static void release(struct atomic_file *file)
-{
-    free(file->name);
-    free(file->aside);
-    *file = (struct atomic_file){0};
 }
 
 enum status cap_file_commit(struct atomic_file *file, struct error *err)

@@ -28,6 +28,7 @@ void cap_run_begin(struct run *run, int threads, bool quiet)
     *run = (struct run){.threads = threads > 0 ? threads : omp_get_num_procs(),
                         .quiet = quiet,
                         .bar = isatty(STDERR_FILENO) == 1};
+    run->color = run->bar && !getenv("NO_COLOR");  // https://no-color.org
     omp_set_num_threads(run->threads);
 }
 
@@ -41,17 +42,37 @@ void cap_run_end(struct run *run)
     *run = (struct run){0};
 }
 
+// "12 s", "3 min 20 s", "1 h 05 min".
+static const char *duration(char *text, size_t size, double seconds)
+{
+    long s = (long)(seconds + 0.5);
+    if (s < 60)
+        snprintf(text, size, "%ld s", s);
+    else if (s < 3600)
+        snprintf(text, size, "%ld min %02ld s", s / 60, s % 60);
+    else
+        snprintf(text, size, "%ld h %02ld min", s / 3600, s / 60 % 60);
+    return text;
+}
+
 static void draw_bar(const struct run *run)
 {
     enum { CELLS = 24 };
     static const char full[] = "########################";
     double seconds = now() - run->began;
-    double rate = seconds > 0 ? run->step / seconds : 0;
     int filled = run->steps > 0 ? CELLS * run->step / run->steps : 0;
-    fprintf(stderr, "%s%-12s [%-*.*s] %d/%d", clear_line, run->stage[run->stages - 1].name, CELLS,
-            filled, full, run->step, run->steps);
-    if (run->step > 0)
-        fprintf(stderr, "  %.1f/s, %.0f s left", rate, (run->steps - run->step) / rate);
+    fprintf(stderr, "%s%-14s", clear_line, run->stage[run->stages - 1].name);
+    if (run->steps == 0)
+        fprintf(stderr, "...");
+    else
+        fprintf(stderr, "[%s%-*.*s%s] %d/%d", run->color ? "\033[32m" : "", CELLS, filled, full,
+                run->color ? "\033[0m" : "", run->step, run->steps);
+    if (run->step > 0 && run->step < run->steps && seconds > 0) {
+        char left[32];
+        double rate = run->step / seconds;
+        fprintf(stderr, rate < 1 ? "  %.2f/s" : "  %.1f/s", rate);
+        fprintf(stderr, ", %s left", duration(left, sizeof left, (run->steps - run->step) / rate));
+    }
     fflush(stderr);
 }
 
@@ -79,8 +100,8 @@ void cap_warn(struct run *run, const char *format, ...)
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
     pthread_mutex_lock(&lock);
-    fprintf(stderr, "%sgoniocam: warning: %s\n", run->bar && run->began > 0 ? clear_line : "",
-            text);
+    fprintf(stderr, "%sgoniocam: %swarning:%s %s\n", run->bar && run->began > 0 ? clear_line : "",
+            run->color ? "\033[33m" : "", run->color ? "\033[0m" : "", text);
     remember(run, text);
     pthread_mutex_unlock(&lock);
 }
@@ -100,8 +121,7 @@ static void end_stage(struct run *run)
     stage->seconds = now() - run->began;
     run->began = 0;
     if (!run->quiet)
-        fprintf(stderr, "%s%-12s %.2f s\n", run->bar ? clear_line : "", stage->name,
-                stage->seconds);
+        fprintf(stderr, "%s%-14s%.2f s\n", run->bar ? clear_line : "", stage->name, stage->seconds);
 }
 
 void cap_stage(struct run *run, const char *name, int steps)
@@ -119,6 +139,8 @@ void cap_stage(struct run *run, const char *name, int steps)
         run->step = 0;
         run->steps = steps;
         run->began = now();
+        if (run->bar && !run->quiet)
+            draw_bar(run);
     }
     pthread_mutex_unlock(&lock);
 }

@@ -1,6 +1,7 @@
 /* commands.c -- the commands of reconstruct/: arguments and messages, no arithmetic. */
 #include "bins_hdf5.h"
 #include "info.h"
+#include "summary.h"
 #include "team.h"
 
 #include <ctype.h>
@@ -20,32 +21,6 @@ static bool begin(struct run *run, const struct arguments *args)
 
 /* ---- reconstruct ------------------------------------------------------------------------------
  */
-
-static void print_fit(const struct fit *fit)
-{
-    int k = 0;
-    printf("%s:", fit->model->name);
-    for (const struct parameter *p = fit->model->parameter; p->name; p++)
-        for (int c = 0; c < p->size; c++, k++)
-            printf("%s%s %.5g +- %.1g", c ? "," : "  ", c ? "" : p->name, fit->value[k],
-                   fit->sigma[k]);
-    printf("; misses by %.2g in log, %.2g %% in the median\n", fit->log_rms,
-           100 * fit->relative_median);
-}
-
-static void print_summary(const struct summary *s, const char *out, bool json)
-{
-    if (json) {
-        printf("{\"out\": \"%s\", \"shots\": %d, \"bins\": %d, \"median_relative_sigma\": %.4g, "
-               "\"best_fit\": \"%s\"}\n",
-               out, s->shots, s->bins, s->median_sigma, s->best.model->name);
-        return;
-    }
-    printf("%d bins measured in %d shots, median sigma %.2g %%\n", s->bins, s->shots,
-           100 * s->median_sigma);
-    print_fit(&s->best);
-    printf("table: %s/brdf.binary   fits: %s/fits.yaml   look at: %s/preview.png\n", out, out, out);
-}
 
 // "180x90x180". false: no such grid, or more bins than 2^28.
 static bool read_grid(struct grid *grid, const char *text)
@@ -80,7 +55,7 @@ static int run_reconstruct(const struct arguments *args)
     enum status status = rec_reconstruct(&summary, &request, &run, &err);
     cap_run_end(&run);
     if (!status && rec_leads())
-        print_summary(&summary, out, cap_option(args, "json") != NULL);
+        (cap_option(args, "json") ? rec_summary_print_json : rec_summary_print)(&summary, out);
     return rec_leads() ? cap_exit(status, &err) : status != STATUS_OK;
 }
 
@@ -176,7 +151,7 @@ static int run_fit(const struct arguments *args)
         printf("{\"fits\": \"%s\", \"best_fit\": \"%s\", \"log_rms\": %.4g}\n", path,
                fits.fit[0].model->name, fits.fit[0].log_rms);
     for (int i = 0; !status && !cap_option(args, "json") && i < fits.count; i++)
-        print_fit(&fits.fit[i]);
+        rec_fit_print(&fits.fit[i]);
     rec_fits_free(&fits);
     rec_bins_free(&bins);
     free(path);

@@ -1,6 +1,7 @@
 /* reconstruct.c -- the whole job: photographs to BRDF. */
 #include "job.h"
 #include "quantile.h"
+#include "summary.h"
 #include "team.h"
 
 #include <stdlib.h>
@@ -289,7 +290,7 @@ enum status rec_reconstruct(struct summary *summary, const struct request *reque
         status = rec_job_write(&j, err);
     status = rec_team_agree(status, err);
     if (!status && rec_leads())
-        *summary = (struct summary){j.census.shots, j.bins.count, j.median_sigma, j.fits.fit[0]};
+        *summary = rec_summary_of(&j);
     free_job(&j);
     return status;
 }

@@ -117,6 +117,7 @@ struct run {
     int step, steps;  // progress of the current stage
     double began;     // of the current stage
     bool bar;         // stderr is a terminal
+    bool color;       // and NO_COLOR is not set
     // Where several processes share a job: is this item of the current stage ours? NULL: all are.
     bool (*take)(void *team, int item);
     void *team;
@@ -197,6 +198,13 @@ enum status cap_file_begin(struct atomic_file *file, const char *path, bool with
                            struct error *err);
 enum status cap_file_commit(struct atomic_file *file, struct error *err);
 void cap_file_abandon(struct atomic_file *file);
+/** Remove what is half-written; from then on no file appears. For a program that is about to end.
+ */
+void cap_files_stop(void);
+
+/** From here on Ctrl-C (SIGINT, SIGTERM, SIGHUP) ends the program with nothing half-written, and
+ *  says on stderr how to go on. Call before any other thread is made. */
+void cap_interruptible(const char *program);
 
 /* ---- YAML, written ---------------------------------------------------------------------- */
 

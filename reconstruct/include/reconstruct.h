@@ -234,10 +234,15 @@ void rec_brdf_eval(const struct brdf *brdf, vec3 wi, vec3 wo, double f[3]);
 /* ---- the whole job ----------------------------------------------------------------------------
  */
 
-/** What reconstruct tells at its end. */
+/** What reconstruct tells at its end. Lengths in mm. */
 struct summary {
-    int shots, bins;
-    double median_sigma;  // of the bins' relative sigma
+    int shots, left_out, bins, warnings;
+    double rms_px;                       // of the tags' corners, the median over shots
+    double sigma_center, sigma_lamp;     // of the sample's centre; of the least certain lamp, or 0
+    double used, seen;                   // photosites, and all that see the sample
+    double within_60, within_80, whole;  // part of the bins with both angles up to 60, 80, 90 deg
+    double median_sigma;                 // of the bins' relative sigma
+    double albedo, sigma_albedo;         // for light from 0 degrees, green
     struct fit best;
 };
 /** What reconstruct is asked for: folders CAPTURE and OUT; a calibration.yaml to start from, or
