@@ -2,52 +2,48 @@
 #include "geometry.h"
 #include "lamp.h"
 #include "overlay.h"
+#include "solid_place.h"
 #include "sphere.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
-/** A mesh stays where capture.yaml says. */
-static enum status place_mesh(struct calibration *c, const struct sample_place *nominal,
-                              struct run *run, struct error *err)
+static enum status nominal_mesh(struct sample *sample, const struct sample_place *nominal,
+                                struct error *err)
 {
     struct sample s = {.shape = SHAPE_MESH,
                        .file = realpath(nominal->file, NULL),
-                       .world_from_file = {nominal->rotation, nominal->translation},
-                       .sigma_center = {0.5, 0.5, 0.5}};
+                       .world_from_file = {nominal->rotation, nominal->translation}};
     if (!s.file)
         return cap_fail(err, STATUS_IO, "%s: %s", nominal->file, strerror(errno));
     enum status status = cal_sample_load(&s, err);
-    if (status) {
+    if (status)
         free(s.file);
-        return status;
-    }
-    c->sample = s;
-    cap_warn(run, "the sample is a mesh: its place is taken from capture.yaml as it stands");
-    return STATUS_OK;
+    else
+        *sample = s;
+    return status;
 }
 
-/** The sample from its outline; a shape that has no such fit yet stays where capture.yaml says. */
+/** The sample by its outline, from where capture.yaml says that it is. */
 static enum status place_sample(struct calibration *c, const struct capture *capture,
                                 const char *out, struct run *run, struct error *err)
 {
     const struct sample_place *nominal = &capture->sample;
-    if (nominal->shape == SHAPE_SPHERE)
-        return cal_sphere_place(c, capture, out, run, err);
     if (nominal->shape == SHAPE_NONE)
         return cap_fail(err, STATUS_DATA, "%s: no `sample` in capture.yaml", capture->folder);
+    if (nominal->shape == SHAPE_SPHERE)
+        return cal_sphere_place(c, capture, out, run, err);
+    enum status status = STATUS_OK;
     if (nominal->shape == SHAPE_MESH)
-        return place_mesh(c, nominal, run, err);
-    c->sample = (struct sample){.shape = nominal->shape,
-                                .center = nominal->center,
-                                .radius = nominal->radius,
-                                .height = nominal->height,
-                                .axis = nominal->axis,
-                                .sigma_center = {1, 1, 1},
-                                .sigma_radius = 0.01 * nominal->radius};
-    cap_warn(run, "the sample is no sphere: its place is taken from capture.yaml as it stands");
-    return STATUS_OK;
+        status = nominal_mesh(&c->sample, nominal, err);
+    else
+        c->sample = (struct sample){.shape = nominal->shape,
+                                    .center = nominal->center,
+                                    .radius = nominal->radius,
+                                    .height = nominal->height,
+                                    .axis = vec3_normalize(nominal->axis)};
+    return status ? status : cal_solid_place(c, out, run, err);
 }
 
 enum status cal_calibrate(struct calibration *calibration, const struct capture *capture,

@@ -50,7 +50,8 @@ struct sample_node {
     enum shape shape;
     char *file;
     double rotation[3], translation[3];
-    double radius, height, center[3], axis[3], sigma_center[3], sigma_radius, outline_rms_px;
+    double radius, height, center[3], axis[3], sigma_center[3], sigma_radius, sigma_turn[3],
+        outline_rms_px;
     int outline_edges;
 };
 struct root_node {
@@ -150,6 +151,7 @@ static const cyaml_schema_field_t sample_fields[] = {
     NUMBERS(MAY, sample_node, translation, 3),
     NUMBERS(MAY, sample_node, sigma_center, 3),
     NUMBER(MAY, sample_node, sigma_radius),
+    NUMBERS(MAY, sample_node, sigma_turn, 3),
     NUMBER(MAY, sample_node, outline_rms_px),
     CYAML_FIELD_INT("outline_edges", MAY, struct sample_node, outline_edges),
     CYAML_FIELD_END};
@@ -323,6 +325,7 @@ static enum status take_sample(struct calibration *c, struct root_node *root, st
                                 .outline_rms_px = s->outline_rms_px,
                                 .outline_edges = s->outline_edges};
     memcpy(c->sample.sigma_center, s->sigma_center, sizeof s->sigma_center);
+    memcpy(c->sample.sigma_turn, s->sigma_turn, sizeof s->sigma_turn);
     if (s->shape != SHAPE_MESH)
         return STATUS_OK;
     c->sample.file = take(&s->file);

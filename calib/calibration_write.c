@@ -147,6 +147,7 @@ static void write_sample(struct yaml_out *out, const struct sample *s)
         write_vec3(out, "axis", s->axis);
     numbers_if_known(out, "sigma_center", s->sigma_center, 3);
     number_if_known(out, "sigma_radius", s->sigma_radius);
+    numbers_if_known(out, "sigma_turn", s->sigma_turn, 3);
     number_if_known(out, "outline_rms_px", s->outline_rms_px);
     if (s->outline_edges > 0)
         cap_yaml_int(out, "outline_edges", s->outline_edges);

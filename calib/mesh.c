@@ -6,7 +6,7 @@
  * Accuracy. Points 1e-12 mm from the triangle's plane. Which of two neighbouring triangles is met
  *           within 1e-6 of the radius from their edge is Embree's choice.
  */
-#include "calib.h"
+#include "solid.h"
 
 #include <assert.h>
 #include <embree3/rtcore.h>
@@ -18,6 +18,8 @@ struct mesh {
     int points, triangles;
     vec3 center;
     double radius;
+    vec3 spread_point[SOLID_POINTS], spread_normal[SOLID_POINTS];  // of cal_mesh_point
+    double area;
     RTCDevice device;
     RTCScene scene;
 };
@@ -45,6 +47,35 @@ static vec3 middle_of(const vec3 *point, int points)
         high = (vec3){fmax(high.x, point[i].x), fmax(high.y, point[i].y), fmax(high.z, point[i].z)};
     }
     return vec3_scale(vec3_add(low, high), 0.5);
+}
+
+// Twice the area of a triangle, along its normal.
+static vec3 doubled_area(const struct mesh *mesh, int index)
+{
+    const unsigned *corner = mesh->triangle[index];
+    vec3 a = mesh->point[corner[0]];
+    return vec3_cross(vec3_sub(mesh->point[corner[1]], a), vec3_sub(mesh->point[corner[2]], a));
+}
+
+// Points at equal steps of the area, in the order of the triangles.
+static void spread(struct mesh *mesh)
+{
+    double passed = 0;
+    int k = 0;
+    mesh->area = 0;
+    for (int i = 0; i < mesh->triangles; i++)
+        mesh->area += 0.5 * vec3_length(doubled_area(mesh, i));
+    for (int i = 0; i < mesh->triangles && k < SOLID_POINTS; i++) {
+        const unsigned *corner = mesh->triangle[i];
+        vec3 face = doubled_area(mesh, i), sum = {0, 0, 0};
+        passed += 0.5 * vec3_length(face);
+        for (int a = 0; a < 3; a++)
+            sum = vec3_add(sum, mesh->point[corner[a]]);
+        for (; k < SOLID_POINTS && passed >= (k + 0.5) * mesh->area / SOLID_POINTS; k++) {
+            mesh->spread_point[k] = vec3_scale(sum, 1.0 / 3);
+            mesh->spread_normal[k] = vec3_normalize(face);
+        }
+    }
 }
 
 // Hand the triangles to Embree. One thread builds: the same tree on every machine.
@@ -100,6 +131,7 @@ enum status cal_mesh_make(struct mesh **out, const vec3 *point, const vec3 *norm
         }
         for (int i = 0; i < 3 * triangles; i++)
             mesh->triangle[i / 3][i % 3] = triangle[i / 3][i % 3];
+        spread(mesh);
         made = build(mesh);
     }
     if (!made) {
@@ -119,6 +151,27 @@ void cal_mesh_reach(const struct mesh *mesh, vec3 *center, double *radius)
 void cal_mesh_move(struct mesh *mesh, vec3 by)
 {
     mesh->center = vec3_add(mesh->center, by);
+}
+
+enum status cal_mesh_turn(struct mesh *mesh, const mat3 *rotation, struct error *err)
+{
+    for (int i = 0; i < mesh->points; i++) {
+        mesh->point[i] = mat3_mul(rotation, mesh->point[i]);
+        mesh->normal[i] = mat3_mul(rotation, mesh->normal[i]);
+    }
+    spread(mesh);
+    rtcReleaseScene(mesh->scene);
+    rtcReleaseDevice(mesh->device);
+    return build(mesh) ? STATUS_OK
+                       : cap_fail(err, STATUS_MEMORY, "a mesh of %d triangles: out of memory",
+                                  mesh->triangles);
+}
+
+void cal_mesh_point(const struct mesh *mesh, int k, vec3 *point, vec3 *normal, double *area)
+{
+    *point = vec3_add(mesh->center, mesh->spread_point[k]);
+    *normal = mesh->spread_normal[k];
+    *area = mesh->area / SOLID_POINTS;
 }
 
 int cal_mesh_triangles(const struct mesh *mesh)

@@ -93,21 +93,6 @@ static enum status append(struct facets *facets, const struct facet *facet, stru
     return STATUS_OK;
 }
 
-bool cal_sample_between(const struct sample *sample, vec3 a, vec3 b, double margin)
-{
-    if (sample->shape == SHAPE_NONE)
-        return false;
-    double radius = sample->radius;
-    if (sample->shape == SHAPE_CYLINDER)  // its bounding sphere
-        radius = hypot(sample->radius, 0.5 * sample->height);
-    radius += margin;
-    vec3 ab = vec3_sub(b, a), ac = vec3_sub(sample->center, a);
-    double length = vec3_length(ab), along = vec3_dot(ac, ab) / length;
-    along = fmin(fmax(along, 0), length);
-    vec3 nearest = vec3_sub(ac, vec3_scale(ab, along / length));
-    return vec3_length(nearest) < radius;
-}
-
 /* ---- quadrilaterals in an image -------------------------------------------------------------- */
 
 /** pixel -> (s, t) on a flat quadrilateral: (0,0) bottom left, (1,0) bottom right, (1,1) top right.

@@ -2,7 +2,7 @@
 #ifndef GONIOCAM_PHOTOMETRY_H
 #define GONIOCAM_PHOTOMETRY_H
 
-#include "calib.h"
+#include "solid.h"
 #include "pattern.h"
 
 #ifdef __cplusplus
@@ -40,10 +40,6 @@ enum status cal_board_facets(struct facets *facets, const struct radiance *map,
 enum status cal_sample_facets(struct facets *facets, const struct radiance *map,
                               const struct calibration *calibration, int view, int wanted,
                               struct error *err);
-/** Does the way from a to b pass within `margin` of the sample (a sphere)? Either end may lie on
- *  the sphere when margin is 0. */
-bool cal_sample_between(const struct sample *sample, vec3 a, vec3 b, double margin);
-
 #ifdef __cplusplus
 }
 #endif

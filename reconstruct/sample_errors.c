@@ -13,8 +13,9 @@
 struct shared_sigmas {
     vec3 center, lamp;  // per axis; lamp: of its position, mm, or of its direction
     double shake, radius, dimming;
-    vec3 axis;   // of a cylinder: along it the surface is flat; else 0
-    double far;  // 1 for a lamp at infinity, else 0
+    vec3 axis;          // of a cylinder: along it the surface is flat; else 0
+    double far;         // 1 for a lamp at infinity, else 0
+    vec3 turn, middle;  // of the sample about its centre: per axis of the world; the centre
 };
 
 static vec3 squares(const double sigma[3])
@@ -33,6 +34,8 @@ static struct shared_sigmas sigmas_of(const struct viewing *v)
         .dimming = v->dimming * v->dimming,
         .axis = cylinder ? vec3_normalize(v->sample->axis) : (vec3){0, 0, 0},
         .far = near ? 0 : 1,
+        .turn = squares(v->sample->sigma_turn),
+        .middle = v->sample->center,
     };
 }
 
@@ -88,8 +91,7 @@ static inline double systematic_variance(const struct shared_sigmas *s, vec3 n, 
 }
 
 // theta_h turns as n does along h's tangent; where h is n, along any.
-static inline double tilt_variance(const struct shared_sigmas *s, vec3 n, vec3 wi, vec3 d,
-                                   double curvature)
+static inline vec3 tangent_of(vec3 n, vec3 wi, vec3 d)
 {
     vec3 h = vec3_sub(wi, d), out = vec3_sub(h, vec3_scale(n, vec3_dot(h, n)));
     bool level = vec3_dot(out, out) < 1e-18, turned = n.x * n.x < 0.5;
@@ -98,7 +100,13 @@ static inline double tilt_variance(const struct shared_sigmas *s, vec3 n, vec3 w
     y = level ? y : out.y;
     z = level ? z : out.z;
     double scale = 1 / sqrt(x * x + y * y + z * z);
-    vec3 tangent = {x * scale, y * scale, z * scale};
+    return (vec3){x * scale, y * scale, z * scale};
+}
+
+static inline double tilt_variance(const struct shared_sigmas *s, vec3 n, vec3 wi, vec3 d,
+                                   double curvature)
+{
+    vec3 tangent = tangent_of(n, wi, d);
     return place_variance(s, slope_of(tangent, n, d, vec3_dot(n, d), curvature, s->axis));
 }
 
@@ -115,8 +123,36 @@ WIDE static void take_errors(struct strip *strip, const struct shared_sigmas *sh
     }
 }
 
+// A turn t of the sample moves its normal by t x n, and the point by t x (p - c) as a shift does.
+static inline double turn_variance(const struct shared_sigmas *s, vec3 w, vec3 n, vec3 d, vec3 arm,
+                                   double curvature)
+{
+    place_slope g = slope_of(w, n, d, vec3_dot(n, d), curvature, s->axis);
+    return variance(vec3_add(vec3_cross(n, w), vec3_cross(arm, g.center)), s->turn);
+}
+
+WIDE static void add_turns(struct strip *strip, const struct shared_sigmas *shared)
+{
+    const struct shared_sigmas s = *shared;
+    for (int i = 0; i < LANES; i++) {
+        vec3 n = {strip->normal.x[i], strip->normal.y[i], strip->normal.z[i]};
+        vec3 wi = {strip->wi.x[i], strip->wi.y[i], strip->wi.z[i]};
+        vec3 d = {-strip->wo.x[i], -strip->wo.y[i], -strip->wo.z[i]};
+        vec3 p = {strip->point.x[i], strip->point.y[i], strip->point.z[i]};
+        vec3 arm = vec3_sub(p, s.middle);
+        double curvature = strip->curvature[i];
+        vec3 by_cosine = vec3_scale(wi, 1 / vec3_dot(n, wi));
+        double more = turn_variance(&s, by_cosine, n, d, arm, curvature);
+        double tilt = turn_variance(&s, tangent_of(n, wi, d), n, d, arm, curvature);
+        strip->systematic[i] = sqrt(strip->systematic[i] * strip->systematic[i] + more);
+        strip->tilt[i] = sqrt(strip->tilt[i] * strip->tilt[i] + tilt);
+    }
+}
+
 void rec_strip_errors(struct strip *strip, const struct viewing *viewing)
 {
     struct shared_sigmas shared = sigmas_of(viewing);
     take_errors(strip, &shared);
+    if (vec3_dot(shared.turn, shared.turn) > 0)
+        add_turns(strip, &shared);
 }

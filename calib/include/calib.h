@@ -105,6 +105,7 @@ struct sample {
     double radius, height;
     vec3 center, axis;
     double sigma_center[3], sigma_radius;
+    double sigma_turn[3];   // rad, about the world's axes; 0 for a sphere
     double outline_rms_px;  // of the outline's edges about the fit; 0: not measured
     int outline_edges;
     char *file;  // of a mesh: its path; owned by the calibration, as mesh is

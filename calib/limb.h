@@ -1,0 +1,37 @@
+/* limb.h -- one edge of an outline, from the photosites across it. Internal to calib/. */
+#ifndef GONIOCAM_LIMB_H
+#define GONIOCAM_LIMB_H
+
+#include "calib.h"
+
+enum {
+    EDGE_PX = 6,            // length of outline that makes one edge
+    LIMB_SITES_MAX = 512,   // photosites of one edge
+    LIMB_SITES_ENOUGH = 20  // four for each coefficient of the model
+};
+// What the limb model spans, in pixels on each side of the predicted outline.
+static const double LIMB_INSIDE_PX = 7, LIMB_OUTSIDE_PX = 4.5;
+
+/** A photosite near the outline. */
+struct site {
+    double d;  // pixels outwards from the predicted outline
+    double value, variance;
+};
+/** The photosites of one edge. */
+struct sector {
+    struct site site[LIMB_SITES_MAX];
+    int count;
+};
+
+/** Add a photosite of a map at distance d; one that says nothing, or is too many, is left out. */
+void limb_add(struct sector *sector, const struct radiance *map, int x, int y, double d);
+/** Every how many photosites, both ways, are enough for sectors that are this long across. */
+int limb_stride(double across_px);
+/** The width of the box that photosite and lens blur to, which fits these sectors best. */
+double limb_best_width(const struct sector *sector, int count);
+/** The edge of one sector by the limb model, pixels outwards, and its standard deviation. false:
+ *  none is there, or it is not sure. */
+bool limb_edge(const struct sector *sector, double width, double *edge, double *sigma);
+/** The steepest step of one sector within `search` pixels, over three pixels on each side. */
+bool limb_step(const struct sector *sector, double search, double *edge, double *sigma);
+#endif

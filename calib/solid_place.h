@@ -1,0 +1,34 @@
+/* solid_place.h -- a cylinder or a mesh placed by its outline in all photographs. Internal to
+ * calib/. */
+#ifndef GONIOCAM_SOLID_PLACE_H
+#define GONIOCAM_SOLID_PLACE_H
+
+#include "contour.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Where a sample was before any photograph was looked at, and how far from there it may be. */
+struct solid_prior {
+    vec3 turned, shifted;  // by how much it has been moved since
+    double radius;         // nominal
+    bool free_radius;      // a cylinder's radius is fitted too
+};
+
+/** One robust step towards the edges ([count], views counted in `views`): moves *sample, and fills
+ *  its sigmas, outline_rms_px and outline_edges. mm_per_px: of the photographs, at the sample.
+ *  STATUS_DATA: too few edges; STATUS_MEMORY. */
+enum status cal_solid_fit(struct sample *sample, struct solid_prior *prior,
+                          const struct contour_edge *edge, int count, int views, double mm_per_px,
+                          struct error *err);
+
+/** Place the sample of *calibration, which stands at its nominal place, by OUT/radiance/SHOT.exr
+ *  of all views: coarse edges first, then fine ones. */
+enum status cal_solid_place(struct calibration *calibration, const char *out, struct run *run,
+                            struct error *err);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
