@@ -1,6 +1,8 @@
 brdf_test(calib camera)
 brdf_test(calib dense)
 brdf_test(calib sphere)
+brdf_test(calib solid)
+brdf_test(calib solid_place)
 brdf_test(calib lobe)
 brdf_test(calib sandwich)
 brdf_test(calib lamp)
