@@ -18,7 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CELLS_ACROSS = 50, POINTS_MAX = 6, SAMPLE_POINTS = 400, NIGHT_FACETS = 30 };
+enum { CELLS_ACROSS = 50, POINTS_MAX = 6, NIGHT_FACETS = 30 };
 static const double MARGIN = 0.12;      // of the tags' extent: the board goes on beyond them
 static const double FLAT = 0.1;         // cosine: a view flatter than this measures no cell
 static const double SAME_PLANE_MM = 1;  // tags this near a plane are on it
@@ -356,6 +356,11 @@ enum status cal_board_light_strength(struct calibration *c, const struct facets 
     return STATUS_OK;
 }
 
+bool cal_board_light_told(const struct calibration *c)
+{
+    return c->surroundings.sigma_strength != UNTOLD;
+}
+
 /* ---- light between board and sample ---------------------------------------------------------- */
 
 void cal_bounce_parts(const struct calibration *c, int view, vec3 point, vec3 normal, vec3 wo,
@@ -399,18 +404,15 @@ void cal_sample_light(const struct calibration *c, int view, vec3 point, vec3 no
 {
     memset(radiance, 0, sizeof(double[3]));
     const struct sample *s = &c->sample;
-    if (!c->surroundings.has_lobe || s->shape != SHAPE_SPHERE)
+    if (!c->surroundings.has_lobe || s->shape == SHAPE_NONE)
         return;
     const struct lamp *lamp = &c->lamp[c->view[view].light];
     const pose place = c->view[view].view_from_world;
-    double area = 4 * CAP_PI * s->radius * s->radius / SAMPLE_POINTS;
     double power = c->view[view].power * c->surroundings.strength;
-    for (int i = 0; i < SAMPLE_POINTS; i++) {  // a Fibonacci spiral: equal areas
-        double z = 1 - (2 * i + 1.0) / SAMPLE_POINTS, turn = i * 2.399963229728653;
-        double flat = sqrt(1 - z * z);
-        vec3 n = {flat * cos(turn), flat * sin(turn), z};
-        vec3 p = vec3_add(s->center, vec3_scale(n, s->radius));
-        double falloff;
+    for (int i = 0; i < SOLID_POINTS; i++) {
+        double falloff, area;
+        vec3 p, n;
+        cal_solid_point(s, i, &p, &n, &area);
         vec3 to = vec3_sub(point, p), wi = cal_lamp_way(lamp, place, p, &falloff);
         double out = vec3_dot(to, n), in = vec3_dot(wi, n), down = -vec3_dot(to, normal);
         if (out <= 0 || in <= 0 || down <= 0)

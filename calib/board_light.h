@@ -21,6 +21,9 @@ enum status cal_board_light(struct calibration *calibration, const struct captur
 enum status cal_board_light_strength(struct calibration *calibration, const struct facets *sample,
                                      struct run *run, struct error *err);
 
+/** Did such facets tell it? Else it is 1, as in any real room. */
+bool cal_board_light_told(const struct calibration *calibration);
+
 /** cal_bounce by the matte and the glossy part of the sample's reflectance. */
 void cal_bounce_parts(const struct calibration *calibration, int view, vec3 point, vec3 normal,
                       vec3 wo, double matte[3], double gloss[3]);

@@ -25,15 +25,16 @@ static enum status nominal_mesh(struct sample *sample, const struct sample_place
     return status;
 }
 
-/** The sample by its outline, from where capture.yaml says that it is. */
-static enum status place_sample(struct calibration *c, const struct capture *capture,
-                                const char *out, struct run *run, struct error *err)
+/** The sample to a pixel of its outline, from where capture.yaml says that it is. */
+static enum status start_sample(struct calibration *c, struct solid_prior *prior,
+                                const struct capture *capture, const char *out, struct run *run,
+                                struct error *err)
 {
     const struct sample_place *nominal = &capture->sample;
     if (nominal->shape == SHAPE_NONE)
         return cap_fail(err, STATUS_DATA, "%s: no `sample` in capture.yaml", capture->folder);
     if (nominal->shape == SHAPE_SPHERE)
-        return cal_sphere_place(c, capture, out, run, err);
+        return cal_sphere_start(c, capture, out, run, err);
     enum status status = STATUS_OK;
     if (nominal->shape == SHAPE_MESH)
         status = nominal_mesh(&c->sample, nominal, err);
@@ -43,7 +44,33 @@ static enum status place_sample(struct calibration *c, const struct capture *cap
                                     .radius = nominal->radius,
                                     .height = nominal->height,
                                     .axis = vec3_normalize(nominal->axis)};
-    return status ? status : cal_solid_place(c, out, run, err);
+    return status ? status : cal_solid_start(prior, c, out, run, err);
+}
+
+/** Sample and lamps need each other: the sample roughly, the lamps by the board that it leaves
+ *  free, the sample by edges that are its own and not the light's, the lamps by all that is lit. */
+static enum status find_sample_and_lamps(struct calibration *c, const struct capture *capture,
+                                         const char *out, struct run *run, struct error *err)
+{
+    struct lamp_search search = {0};
+    struct solid_prior prior;
+    cap_stage(run, "sample", 0);
+    enum status status = start_sample(c, &prior, capture, out, run, err);
+    if (!status) {
+        cap_stage(run, "lamps", c->views);
+        status = cal_lamps_begin(&search, c, capture, out, run, err);
+    }
+    if (!status) {
+        cap_stage(run, "outline", 0);
+        status = c->sample.shape == SHAPE_SPHERE ? cal_sphere_place(c, capture, out, run, err)
+                                                 : cal_solid_place(&prior, c, out, run, err);
+    }
+    if (!status) {
+        cap_stage(run, "all light", c->sample.shape == SHAPE_SPHERE ? c->views : 0);
+        status = cal_lamps_end(&search, c, run, err);
+    }
+    cal_lamp_search_free(&search);
+    return status;
 }
 
 enum status cal_calibrate(struct calibration *calibration, const struct capture *capture,
@@ -51,14 +78,8 @@ enum status cal_calibrate(struct calibration *calibration, const struct capture 
 {
     struct calibration c = {0};
     enum status status = cal_geometry(&c, capture, out, usable, run, err);
-    if (!status) {
-        cap_stage(run, "sample", c.views);
-        status = place_sample(&c, capture, out, run, err);
-    }
-    if (!status) {
-        cap_stage(run, "lamps", c.views);
-        status = cal_lamps_find(&c, capture, out, run, err);
-    }
+    if (!status)
+        status = find_sample_and_lamps(&c, capture, out, run, err);
     if (!status) {
         cap_stage(run, "overlays", c.views);
         status = cal_overlay(&c, capture, out, run, err);

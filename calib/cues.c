@@ -20,8 +20,7 @@ const char *cal_cue_name(enum cue cue)
     return names[cue];
 }
 
-/** A copy whose lamps, views and cameras a fit may overwrite; names and tags are the original's. */
-static bool copy_of(struct calibration *copy, const struct calibration *c)
+bool cal_unknowns_copy(struct calibration *copy, const struct calibration *c)
 {
     *copy = *c;
     copy->lamp = malloc((size_t)c->lamps * sizeof *c->lamp);
@@ -35,6 +34,13 @@ static bool copy_of(struct calibration *copy, const struct calibration *c)
     return true;
 }
 
+void cal_unknowns_free(struct calibration *copy)
+{
+    free(copy->lamp);
+    free(copy->view);
+    free(copy->camera);
+}
+
 /** The cue of a fit with these facets; where it fails, the facets tell nothing. */
 static enum status shading(struct calibration *c, const struct capture *capture, enum cue cue,
                            const struct facets *board, const struct facets *sample,
@@ -42,9 +48,9 @@ static enum status shading(struct calibration *c, const struct capture *capture,
 {
     struct calibration copy;
     enum status status = STATUS_OK;
-    if (!copy_of(&copy, c))
+    if (!cal_unknowns_copy(&copy, c))
         status = cap_fail(err, STATUS_MEMORY, "%d views", c->views);
-    else if (!cal_lamp_fit(&copy, capture, board, sample, false, NULL, NULL))
+    else if (!cal_lamp_fit(&copy, capture, board, sample, 1, false, NULL, NULL))
         for (int l = 0; l < c->lamps; l++) {
             struct lamp_cue *found = &copy.lamp[l].cue[CUE_JOINT];
             if (found->sigma_distance > 0.5 * found->distance)
@@ -52,9 +58,7 @@ static enum status shading(struct calibration *c, const struct capture *capture,
             if (found->sigma < SIGMA_MAX)
                 c->lamp[l].cue[cue] = *found;
         }
-    free(copy.lamp);
-    free(copy.view);
-    free(copy.camera);
+    cal_unknowns_free(&copy);
     return status;
 }
 

@@ -20,21 +20,39 @@ enum status cal_lamp_start(struct calibration *calibration, int l, const struct 
 /** How far light finds the sample's centre from where its outline has it. */
 struct sample_shift {
     double by[3], sigma[3];  // sigma: of the centre by outline and light together
+    double misfit;           // of ln radiance: how far the sample is off what the fit says
 };
 
 /** Place and intensity of all lamps, the power of all views and (without a flat frame) the
  *  vignetting, jointly, from board facets and sample facets (count 0: from the board alone).
- *  may_be_far: a lamp whose distance the facets do not determine is put at infinity.
- *  The sample's centre may move within its sigma_center: *shift (may be NULL) tells where to; the
- *  sample itself stays, so that fits can follow each other. */
+ *  doubt (1: none) makes the sample's sigmas larger: then it hardly moves the lamps, but its lobe
+ *  is found all the same. may_be_far: a lamp whose distance the facets do not determine is put at
+ * infinity. The sample's centre may move within its sigma_center: *shift (may be NULL) tells where
+ * to; the sample itself stays, so that fits can follow each other. */
 enum status cal_lamp_fit(struct calibration *calibration, const struct capture *capture,
-                         const struct facets *board, const struct facets *sample, bool may_be_far,
-                         struct sample_shift *shift, struct error *err);
+                         const struct facets *board, const struct facets *sample, double doubt,
+                         bool may_be_far, struct sample_shift *shift, struct error *err);
 
-/** All of it, on a merged capture with the sample in its place: fills lamps, powers, vignetting.
- *  Reads OUT/radiance/SHOT.exr. */
-enum status cal_lamps_find(struct calibration *calibration, const struct capture *capture,
-                           const char *out, struct run *run, struct error *err);
+/** A copy whose lamps, views and cameras a fit may overwrite; names and tags are the original's.
+ *  false: out of memory. Free it in either case. */
+bool cal_unknowns_copy(struct calibration *copy, const struct calibration *calibration);
+void cal_unknowns_free(struct calibration *copy);
+
+/** What is known of the lamps on the way. Begin, end, free. */
+struct lamp_search {
+    const struct capture *capture;
+    const char *out;
+    struct facets board;
+};
+/** Lamps by the board alone, on a merged capture whose sample stands in its place to a millimetre:
+ *  names lamps, fills them, powers and vignetting. Reads OUT/radiance/SHOT.exr. */
+enum status cal_lamps_begin(struct lamp_search *search, struct calibration *calibration,
+                            const struct capture *capture, const char *out, struct run *run,
+                            struct error *err);
+/** By all that lights up, with the sample in its place. */
+enum status cal_lamps_end(struct lamp_search *search, struct calibration *calibration,
+                          struct run *run, struct error *err);
+void cal_lamp_search_free(struct lamp_search *search);
 
 #ifdef __cplusplus
 }

@@ -27,6 +27,8 @@ static const double TOLERANCE = 1e-5;  // of the cost: lamps are then within a h
 static const double OUTLIER = 3;       // scale of Cauchy's loss, in sigma
 static const double COS_MIN = 0.17;    // 80 degrees: beyond it, a facet is too flat
 static const double SHADOW_MM = 3;
+static const double CLEAR =
+    0.01;  // of a mesh's radius: a way to the lamp begins above its own facet
 static const double VIGNETTING_PRIOR = 0.3;
 static const double POWER_PRIOR = 0.5;  // of ln k: a lamp does not double its light between shots
 // Of a lamp's numbers, so weak that it matters only where nothing else tells: a flat board under a
@@ -58,6 +60,11 @@ static bool observe(struct observation *o, const struct facet *f, const struct l
         return false;
     if (board && cal_sample_between(&c->sample, f->point, at, SHADOW_MM))
         return false;
+    if (!board && c->sample.shape == SHAPE_MESH) {  // its own shadow
+        vec3 above = vec3_add(f->point, vec3_scale(f->normal, CLEAR * c->sample.radius));
+        if (cal_sample_between(&c->sample, above, at, 0))
+            return false;
+    }
     double dx = f->pixel[0] - camera->center[0], dy = f->pixel[1] - camera->center[1];
     *o = (struct observation){
         .facet = f,
@@ -82,7 +89,7 @@ static bool observe(struct observation *o, const struct facet *f, const struct l
         // Noise is known; what else a facet may stray by is scaled to what it does.
         double noise = f->noise[k] / f->mean[k], floor = board ? FLOOR_BOARD : FLOOR_SAMPLE;
         double model = hypot(sqrt(fmax(f->sigma[k] * f->sigma[k] - noise * noise, 0)), floor);
-        o->sigma[k] = hypot(noise, s->scale[o->kind] * model);
+        o->sigma[k] = hypot(noise, s->scale[o->kind] * model) * (board ? 1 : s->doubt);
     }
     return true;
 }
@@ -143,7 +150,9 @@ static void add_parameters(struct problem *p, struct lamp_state *s, const struct
         .value = s->lobe, .size = LOBE_SIZE, .held = has_sample ? NULL : hold};
     p->at_shift = n;
     p->parameter[n++] = (struct ceres_parameter){
-        .value = s->shift, .size = SHIFTS, .held = has_sample ? NULL : hold};
+        .value = s->shift,
+        .size = SHIFTS,
+        .held = has_sample && c->sample.shape == SHAPE_SPHERE ? NULL : hold};
     p->parameters = n;
 }
 
@@ -249,7 +258,10 @@ static bool rescale(struct lamp_state *s, const struct problem *p, bool *settled
         if (n <= 30)  // too few to tell
             continue;
         double was = s->scale[kind];
-        s->scale[kind] = fmin(fmax(was * 1.4826 * left[n / 2], SCALE_MIN), SCALE_MAX);
+        if (kind == KIND_SAMPLE)
+            s->misfit = was * s->doubt * 1.4826 * left[n / 2] * FLOOR_SAMPLE;
+        double doubt = kind == KIND_SAMPLE ? s->doubt : 1;
+        s->scale[kind] = fmin(fmax(was * doubt * 1.4826 * left[n / 2], SCALE_MIN), SCALE_MAX);
         *settled = *settled && fabs(log(s->scale[kind] / was)) < SETTLED;
     }
     free(left);
@@ -340,19 +352,21 @@ static int send_away(struct lamp_state *s, int lamps)
 }
 
 enum status cal_lamp_fit(struct calibration *c, const struct capture *capture,
-                         const struct facets *board, const struct facets *sample, bool may_be_far,
-                         struct sample_shift *shift, struct error *err)
+                         const struct facets *board, const struct facets *sample, double doubt,
+                         bool may_be_far, struct sample_shift *shift, struct error *err)
 {
     struct lamp_state s;
-    struct sample_shift moved;
+    struct sample_shift moved = {0};
     enum status status = STATUS_OK;
     if (!lamp_state_make(&s, c, SCALE_MAX) || !lamp_state_start(&s, c, capture, board, sample))
         status = cap_fail(err, STATUS_MEMORY, "lamps of %d views", c->views);
     bool settled = false;
+    s.doubt = doubt;
     for (int round = 0; round < ROUNDS && !settled && !status; round++)
         status = solve(c, &s, capture, board, sample, &moved, &settled, err);
     if (!status && may_be_far && send_away(&s, c->lamps) > 0)
         status = solve(c, &s, capture, board, sample, &moved, &settled, err);
+    moved.misfit = s.misfit;
     if (!status && shift)
         *shift = moved;
     lamp_state_free(&s);

@@ -17,6 +17,8 @@ struct lamp_state {
     double shift[SHIFTS];      // of the sample: centre, from where the outline has it
     double (*vignetting)[2];   // [cameras]
     double scale[LAMP_KINDS];  // of the facets' sigmas
+    double doubt;              // by what the sigmas of the sample's facets are larger than that
+    double misfit;             // of ln radiance: how far the sample's facets are off the model
 };
 /** All scales alike; the rest as lamp_state_start says. Both: false, out of memory. */
 bool lamp_state_make(struct lamp_state *s, const struct calibration *c, double scale);

@@ -15,34 +15,46 @@ enum { BOUNCE_ROUNDS = 3 };
 // Where the board is mirrored in the sample, cells and lobe are too coarse to say by how much: such
 // facets count for little, and there are others.
 static const double EXTRA_MAX = 0.5, MATTE_SIGMA = 0.1, GLOSS_SIGMA = 5;
+static const double STRAY = 3;      // sigmas that board and sample may differ by
+static const double DOUBT = 30;     // of a sample's facets that mislead
 static const double SETTLED = 0.3;  // sigmas that a lamp may still move
 enum { SAMPLE_FACETS = 6000, VIEW_FACETS_MAX = 600, VIEW_FACETS_MIN = 60 };
 
-/** Facets of one view. */
-struct view_facets {
-    struct facets board, sample;
-    struct seen_highlight highlight;
+/** What all views are asked for. */
+struct question {
+    const struct calibration *c;
+    const struct capture *capture;
+    const char *out;
+    bool sample;  // its facets and highlights; else the board's facets
+    int wanted;   // facets of the sample a view
 };
 
-static enum status collect_view(struct view_facets *to, const struct calibration *c, int v,
-                                const struct capture *capture, const char *out, int wanted,
-                                struct error *err)
+static enum status ask_board(struct facets *to, const struct radiance *map,
+                             const struct question *q, int v, struct error *err)
+{
+    struct tag_family family = {0};
+    enum status status = pattern_open(&family, q->capture->family, err);
+    if (!status)
+        status = cal_board_facets(to, map, q->c, v, q->capture, &family, err);
+    pattern_close(&family);
+    return status;
+}
+
+static enum status ask_view(struct facets *to, struct seen_highlight *highlight,
+                            const struct question *q, int v, struct error *err)
 {
     struct radiance map = {0};
-    struct tag_family family = {0};
-    enum status status = pattern_open(&family, capture->family, err);
-    if (!status)
-        status = cal_view_map(&map, out, &c->view[v], err);
-    if (!status)
-        status = cal_board_facets(&to->board, &map, c, v, capture, &family, err);
-    if (!status && c->sample.shape == SHAPE_SPHERE)
-        status = cal_sample_facets(&to->sample, &map, c, v, wanted, err);
     struct seen_highlight h;
-    if (!status && c->sample.shape == SHAPE_SPHERE
-        && cal_highlight_lamp(&h.wi, &h.point, &h.sigma, &map, c, v))
-        to->highlight = h;
+    enum status status = cal_view_map(&map, q->out, &q->c->view[v], err);
+    if (!status && !q->sample) {
+        status = ask_board(to, &map, q, v, err);
+    } else if (!status) {
+        status = cal_sample_facets(to, &map, q->c, v, q->wanted, err);
+        if (!status && q->c->sample.shape == SHAPE_SPHERE
+            && cal_highlight_lamp(&h.wi, &h.point, &h.sigma, &map, q->c, v))
+            *highlight = h;
+    }
     cap_radiance_free(&map);
-    pattern_close(&family);
     return status;
 }
 
@@ -58,37 +70,29 @@ static enum status join(struct facets *all, const struct facets *one, struct err
     return STATUS_OK;
 }
 
-/** The facets of all views, in the order of views. */
-static enum status collect(struct facets *board, struct facets *sample,
-                           struct seen_highlight *highlight, const struct calibration *c,
-                           const struct capture *capture, const char *out, struct run *run,
-                           struct error *err)
+/** The facets of all views, in the order of views; highlight [views] too, where it is asked for. */
+static enum status ask_all(struct facets *all, struct seen_highlight *highlight,
+                           const struct question *q, struct run *run, struct error *err)
 {
-    struct view_facets *of_view = calloc((size_t)c->views, sizeof *of_view);
+    const int views = q->c->views;
+    struct facets *of_view = calloc((size_t)views, sizeof *of_view);
     if (!of_view)
-        return cap_fail(err, STATUS_MEMORY, "%d views", c->views);
-    int wanted = SAMPLE_FACETS / c->views;
-    wanted = wanted > VIEW_FACETS_MAX ? VIEW_FACETS_MAX : wanted;
-    wanted = wanted < VIEW_FACETS_MIN ? VIEW_FACETS_MIN : wanted;
+        return cap_fail(err, STATUS_MEMORY, "%d views", views);
     enum status status = STATUS_OK;
 #pragma omp parallel for schedule(dynamic) num_threads(run->threads)
-    for (int v = 0; v < c->views; v++) {
+    for (int v = 0; v < views; v++) {
         struct error own = {0};
-        enum status s = collect_view(&of_view[v], c, v, capture, out, wanted, &own);
+        enum status s = ask_view(&of_view[v], highlight ? &highlight[v] : NULL, q, v, &own);
         if (s) {
 #pragma omp critical(lamps_error)
             status = cap_fail(err, s, "%s", own.text);
         }
         cap_step(run);
     }
-    for (int v = 0; v < c->views; v++) {
+    for (int v = 0; v < views; v++) {
         if (!status)
-            status = join(board, &of_view[v].board, err);
-        if (!status)
-            status = join(sample, &of_view[v].sample, err);
-        highlight[v] = of_view[v].highlight;
-        free(of_view[v].board.facet);
-        free(of_view[v].sample.facet);
+            status = join(all, &of_view[v], err);
+        free(of_view[v].facet);
     }
     free(of_view);
     return status;
@@ -205,11 +209,22 @@ static double lamps_moved(const struct calibration *c, const vec3 *before)
     return most;
 }
 
+/** Facets that are corrected begin as they were seen. */
+static void forget_corrections(struct facets *facets)
+{
+    for (int i = 0; i < facets->count; i++)
+        for (int k = 0; k < 3; k++) {
+            facets->facet[i].log_value[k] = facets->facet[i].log_seen[k];
+            facets->facet[i].sigma[k] = facets->facet[i].sigma_seen[k];
+        }
+}
+
 /** Measure the light that goes between board and sample, take it out, and fit again, until the
- *  lamps stay where they are. Where the night side is dark there is none to take out. */
+ *  lamps stay where they are. Where the night side is dark there is none to take out; where no
+ *  night side is seen, there is none if all fits better so. */
 static enum status fit_without_bounces(struct calibration *c, const struct capture *capture,
-                                       struct facets *board, struct facets *sample, const char *out,
-                                       struct sample_shift *shift, struct run *run,
+                                       struct facets *board, struct facets *sample, double doubt,
+                                       const char *out, struct sample_shift *shift, struct run *run,
                                        struct error *err)
 {
     vec3 *before = calloc((size_t)c->lamps, sizeof *before);
@@ -227,8 +242,16 @@ static enum status fit_without_bounces(struct calibration *c, const struct captu
                           capture);
         for (int l = 0; l < c->lamps; l++)
             before[l] = c->lamp[l].position;
-        status = cal_lamp_fit(c, capture, board, sample, true, shift, err);
+        const double direct = shift->misfit;
+        status = cal_lamp_fit(c, capture, board, sample, doubt, true, shift, err);
         moved = lamps_moved(c, before);
+        if (!status && round == 0 && !cal_board_light_told(c) && shift->misfit > direct) {
+            c->surroundings.strength = 0;
+            forget_corrections(board);
+            forget_corrections(sample);
+            status = cal_lamp_fit(c, capture, board, sample, doubt, true, shift, err);
+            break;
+        }
     }
     free(before);
     return status;
@@ -259,37 +282,120 @@ static enum status start_lamps(struct calibration *c, const struct facets *board
     return status;
 }
 
-enum status cal_lamps_find(struct calibration *c, const struct capture *capture, const char *out,
-                           struct run *run, struct error *err)
+enum status cal_lamps_begin(struct lamp_search *search, struct calibration *c,
+                            const struct capture *capture, const char *out, struct run *run,
+                            struct error *err)
 {
-    struct facets board = {0}, sample = {0}, none = {0};
-    struct sample_shift shift = {0};
-    struct seen_highlight *highlight = calloc((size_t)c->views + 1, sizeof *highlight);
-    enum status status = highlight ? name_lamps(c, capture, err)
-                                   : cap_fail(err, STATUS_MEMORY, "%d views", c->views);
+    const struct question board = {.c = c, .capture = capture, .out = out};
+    enum status status = name_lamps(c, capture, err);
+    *search = (struct lamp_search){.capture = capture, .out = out};
     if (!status && capture->patches == 0)
         status = cap_fail(err, STATUS_DATA,
                           "%s: no `reference` in capture.yaml: without a patch of known albedo "
                           "reflectance has no scale",
                           capture->folder);
     if (!status)
-        status = collect(&board, &sample, highlight, c, capture, out, run, err);
+        status = ask_all(&search->board, NULL, &board, run, err);
     if (!status)
-        status = check_patch(c, &board, run, err);
+        status = check_patch(c, &search->board, run, err);
     if (!status)
-        status = start_lamps(c, &board, run, err);
+        status = start_lamps(c, &search->board, run, err);
+    const struct facets none = {0};
+    return status ? status : cal_lamp_fit(c, capture, &search->board, &none, 1, false, NULL, err);
+}
+
+/** Does light move the sample from its outline, or a lamp from where the board alone has it, by
+ *  more than can be? */
+static bool misled(const struct calibration *c, const struct lamp *by_board,
+                   const struct sample_shift *shift)
+{
+    for (int a = 0; a < 3; a++)
+        if (fabs(shift->by[a]) > STRAY * c->sample.sigma_center[a])
+            return true;
+    for (int l = 0; l < c->lamps; l++) {
+        const double *s = by_board[l].sigma_position;
+        vec3 d = vec3_sub(c->lamp[l].position, by_board[l].position);
+        double z[3] = {d.x / s[0], d.y / s[1], d.z / s[2]};
+        if (!c->lamp[l].at_infinity && !by_board[l].at_infinity
+            && z[0] * z[0] + z[1] * z[1] + z[2] * z[2] > 3 * STRAY * STRAY)
+            return true;
+    }
+    return false;
+}
+
+/** The lamps as the board alone has them, from the joint answer. */
+static enum status ask_board_alone(struct lamp *by_board, const struct lamp_search *search,
+                                   const struct calibration *c, struct error *err)
+{
+    const struct facets none = {0};
+    struct calibration copy;
+    enum status status =
+        cal_unknowns_copy(&copy, c)
+            ? cal_lamp_fit(&copy, search->capture, &search->board, &none, 1, false, NULL, err)
+            : cap_fail(err, STATUS_MEMORY, "%d views", c->views);
     if (!status)
-        status = cal_lamp_fit(c, capture, &board, &none, sample.count == 0, NULL, err);
+        memcpy(by_board, copy.lamp, (size_t)c->lamps * sizeof *by_board);
+    cal_unknowns_free(&copy);
+    return status;
+}
+
+/** Board and sample together. Where they contradict each other, the sample's reflectance is what is
+ *  not understood: then it is doubted. The shape of others than spheres is known less well. */
+static enum status fit_together(struct lamp_search *search, struct calibration *c,
+                                struct facets *sample, struct sample_shift *shift, struct run *run,
+                                struct error *err)
+{
+    struct lamp *by_board = calloc((size_t)c->lamps + 1, sizeof *by_board);
+    enum status status = by_board ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%d lamps", c->lamps);
+    double doubt = c->sample.shape == SHAPE_SPHERE ? 1 : DOUBT;
+    for (bool again = true; again && !status;) {
+        status = cal_lamp_fit(c, search->capture, &search->board, sample, doubt, true, shift, err);
+        if (!status)
+            status = fit_without_bounces(c, search->capture, &search->board, sample, doubt,
+                                         search->out, shift, run, err);
+        again = !status && doubt == 1;
+        if (again)
+            status = ask_board_alone(by_board, search, c, err);
+        again = again && !status && misled(c, by_board, shift);
+        if (again) {
+            doubt = DOUBT;
+            forget_corrections(&search->board);
+            forget_corrections(sample);
+        }
+    }
+    free(by_board);
+    return status;
+}
+
+enum status cal_lamps_end(struct lamp_search *search, struct calibration *c, struct run *run,
+                          struct error *err)
+{
+    struct facets sample = {0};
+    const struct facets none = {0};
+    struct sample_shift shift = {0};
+    const struct capture *capture = search->capture;
+    struct question question = {.c = c, .capture = capture, .out = search->out, .sample = true};
+    question.wanted = SAMPLE_FACETS / c->views;
+    question.wanted = question.wanted > VIEW_FACETS_MAX ? VIEW_FACETS_MAX : question.wanted;
+    question.wanted = question.wanted < VIEW_FACETS_MIN ? VIEW_FACETS_MIN : question.wanted;
+    struct seen_highlight *highlight = calloc((size_t)c->views + 1, sizeof *highlight);
+    enum status status = highlight ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%d views", c->views);
+    if (!status)
+        status = ask_all(&sample, highlight, &question, run, err);
     if (!status && sample.count)
-        status = cal_lamp_fit(c, capture, &board, &sample, true, &shift, err);
-    if (!status && sample.count)
-        status = fit_without_bounces(c, capture, &board, &sample, out, &shift, run, err);
-    if (!status && sample.count)
+        status = fit_together(search, c, &sample, &shift, run, err);
+    if (!status && sample.count && c->sample.shape == SHAPE_SPHERE)
         move_sample(&c->sample, &shift);
     if (!status)
-        status = cal_cues(c, capture, &board, &sample, highlight, run, err);
-    free(board.facet);
+        status = cal_cues(c, capture, &search->board,
+                          c->sample.shape == SHAPE_SPHERE ? &sample : &none, highlight, run, err);
     free(sample.facet);
     free(highlight);
     return status;
+}
+
+void cal_lamp_search_free(struct lamp_search *search)
+{
+    free(search->board.facet);
+    *search = (struct lamp_search){0};
 }

@@ -9,7 +9,6 @@
 #include "photometry.h"
 #include "view_map.h"
 
-#include <assert.h>
 #include <float.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +16,7 @@
 static const double MARGIN_PX = 1.75;   // lens blur reaches this far
 static const double SPREAD_MAX = 0.08;  // of one material, relative: more is a shadow's edge
 static const double OCCLUSION_MM = 3;   // distance from the sample's shadow and outline
+static const double SMOOTH_COS = 0.8;   // normals of one block agree to this
 static const double SNR_MIN = 20;       // below it, the mean of a logarithm is biased
 enum { SITES_MIN = 6, PATCH_FACETS = 4 };
 
@@ -311,28 +311,18 @@ enum status cal_board_facets(struct facets *facets, const struct radiance *map,
 /* ---- the sample -------------------------------------------------------------------------------
  */
 
-/** Where the ray from eye along the unit direction meets the sphere; false: it misses. */
-static bool hit_sphere(const struct sample *s, vec3 eye, vec3 direction, vec3 *point)
-{
-    vec3 m = vec3_sub(eye, s->center);
-    double b = vec3_dot(m, direction), q = b * b - vec3_dot(m, m) + s->radius * s->radius;
-    if (q <= 0)
-        return false;
-    *point = vec3_add(eye, vec3_scale(direction, -b - sqrt(q)));
-    return true;
-}
-
 /** The sample's bounding square in the map, in pixels; false: it is not in it. */
 static bool sample_range(const struct calibration *c, const struct view *view,
                          const struct radiance *map, int range[4], double *radius_px)
 {
     const struct camera *camera = &c->camera[view->camera];
     vec3 p = cal_to_view(view->view_from_world, c->sample.center);
-    if (p.z <= 1.05 * c->sample.radius)
+    const double reach = cal_solid_reach(&c->sample);
+    if (p.z <= 1.05 * reach)
         return false;
     double pixel[2];
     cal_project(camera, p, pixel);
-    *radius_px = camera->focal[0] * c->sample.radius / (vec3_length(p) - c->sample.radius);
+    *radius_px = camera->focal[0] * reach / (vec3_length(p) - reach);
     range[0] = (int)fmax(pixel[0] - 1.3 * *radius_px, 0);
     range[1] = (int)fmax(pixel[1] - 1.3 * *radius_px, 0);
     range[2] = (int)fmin(pixel[0] + 1.3 * *radius_px, map->width - 1);
@@ -358,36 +348,69 @@ static bool sample_block(const struct radiance *map, int x, int y, int side, str
     return true;
 }
 
+/** The sample in one view. */
+struct sample_look {
+    const struct calibration *c;
+    const struct camera *camera;
+    mat3 rotation;
+    vec3 eye;
+    double radius_px;
+};
+
+static solid_hit meet_at(const struct sample_look *l, double x, double y, vec3 *ray)
+{
+    const double pixel[2] = {x, y};
+    *ray = mat3_mul_t(&l->rotation, cal_ray(l->camera, pixel));
+    return cal_solid_meet(&l->c->sample, l->eye, *ray);
+}
+
+/** Do a block about (x, y) and two photosites of blur around it lie on the sample? Of a sphere the
+ *  outline's distance tells: at cos_o it is R (1 - sin) away. Of others, the corners: they must
+ *  show the same smooth piece. */
+static bool lies_on(const struct sample_look *l, double x, double y, int side, solid_hit middle,
+                    vec3 ray)
+{
+    if (l->c->sample.shape == SHAPE_SPHERE) {
+        double cos_o = -vec3_dot(middle.normal, ray);
+        return l->radius_px * (1 - sqrt(fmax(1 - cos_o * cos_o, 0))) >= 0.75 * side + 2;
+    }
+    for (int k = 0; k < 4; k++) {
+        double off = 0.5 * side + 2;
+        vec3 unused;
+        solid_hit hit = meet_at(l, x + (k % 2 ? off : -off), y + (k / 2 ? off : -off), &unused);
+        if (hit.s == INFINITY || hit.cap || vec3_dot(hit.normal, middle.normal) < SMOOTH_COS
+            || fabs(hit.s - middle.s) > 0.5 * l->c->sample.radius)
+            return false;
+    }
+    return true;
+}
+
 enum status cal_sample_facets(struct facets *facets, const struct radiance *map,
                               const struct calibration *c, int v, int wanted, struct error *err)
 {
-    assert(c->sample.shape == SHAPE_SPHERE);
     const struct view *view = &c->view[v];
-    const struct camera *camera = &c->camera[view->camera];
-    mat3 rotation = cal_rotation(view->view_from_world.rotation);
-    vec3 eye = cal_eye(view->view_from_world);
+    struct sample_look look = {.c = c,
+                               .camera = &c->camera[view->camera],
+                               .rotation = cal_rotation(view->view_from_world.rotation),
+                               .eye = cal_eye(view->view_from_world)};
     int range[4];
-    double radius_px;
-    if (!sample_range(c, view, map, range, &radius_px))
+    if (!sample_range(c, view, map, range, &look.radius_px))
         return STATUS_OK;
-    int side = (int)ceil(sqrt(CAP_PI * radius_px * radius_px / wanted));
+    int side = (int)ceil(sqrt(CAP_PI * look.radius_px * look.radius_px / wanted));
     if (*map->cfa)
         side += side % 2;  // whole cells of the mosaic
     for (int y = range[1]; y + side <= range[3] + 1; y += side)
         for (int x = range[0]; x + side <= range[2] + 1; x += side) {
             struct facet facet = {.view = v, .material = MATERIAL_SAMPLE};
             double middle[2] = {x + 0.5 * (side - 1), y + 0.5 * (side - 1)};
-            vec3 ray = mat3_mul_t(&rotation, cal_ray(camera, middle));
-            if (!hit_sphere(&c->sample, eye, ray, &facet.point))
+            vec3 ray;
+            solid_hit hit = meet_at(&look, middle[0], middle[1], &ray);
+            if (hit.s == INFINITY || hit.cap
+                || !lies_on(&look, middle[0], middle[1], side, hit, ray)
+                || !sample_block(map, x, y, side, &facet))
                 continue;
-            facet.normal =
-                vec3_scale(vec3_sub(facet.point, c->sample.center), 1 / c->sample.radius);
-            // The block and two photosites of blur must lie on the sphere: at cos_o the outline
-            // is R (1 - sin) away.
-            double cos_o = -vec3_dot(facet.normal, ray);
-            double inside = radius_px * (1 - sqrt(fmax(1 - cos_o * cos_o, 0)));
-            if (inside < 0.75 * side + 2 || !sample_block(map, x, y, side, &facet))
-                continue;
+            facet.point = vec3_add(look.eye, vec3_scale(ray, hit.s));
+            facet.normal = hit.normal;
             enum status status = append(facets, &facet, err);
             if (status)
                 return status;

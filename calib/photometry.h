@@ -36,7 +36,7 @@ enum status cal_board_facets(struct facets *facets, const struct radiance *map,
                              const struct calibration *calibration, int view,
                              const struct capture *capture, const struct tag_family *family,
                              struct error *err);
-/** Append about `wanted` facets of the sample (a sphere) in a view, lit or not. */
+/** Append about `wanted` facets of the sample in a view, lit or not. */
 enum status cal_sample_facets(struct facets *facets, const struct radiance *map,
                               const struct calibration *calibration, int view, int wanted,
                               struct error *err);

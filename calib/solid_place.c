@@ -15,6 +15,7 @@
 #include "solid_place.h"
 
 #include "dense.h"
+#include "dusk.h"
 #include "view_map.h"
 
 #include <float.h>
@@ -294,6 +295,14 @@ static enum status look(struct view_edges *to, const struct calibration *c, int 
         status = cal_contour_edges(&to->edge, &to->count, &map, &c->sample,
                                    &c->camera[view->camera], view, v, search, fine, err);
     cap_radiance_free(&map);
+    const double radius = c->sample.radius;
+    int found = to->count;
+    to->count = 0;
+    for (int i = 0; i < found && !status; i++) {
+        const struct contour_point *at = &to->edge[i].at;
+        if (!fine || !cal_dusk_at_limb(c, v, at->point, at->across, radius * at->px_per_mm))
+            to->edge[to->count++] = to->edge[i];
+    }
     return status;
 }
 
@@ -340,32 +349,47 @@ static double pixels_per_mm(const struct calibration *c)
     return sum / c->views;
 }
 
-enum status cal_solid_place(struct calibration *c, const char *out, struct run *run,
-                            struct error *err)
+/** Edges within `search` pixels, and a step to fit them. *moved: by how many pixels. */
+static enum status pass(double *moved, struct solid_prior *prior, struct calibration *c,
+                        const char *out, double search, bool fine, struct run *run,
+                        struct error *err)
 {
+    struct contour_edge *edge = NULL;
     struct sample *s = &c->sample;
-    const double px = pixels_per_mm(c), reach = cal_solid_reach(s);
-    // How far the nominal place may be wrong: a tenth of the sample, then closer.
-    const double search[] = {
-        fmax(0.1 * reach * px, 8), fmax(0.05 * reach * px, 6), 5, 2.5, 2.5, 2.5};
-    enum { PASSES = sizeof search / sizeof *search, COARSE = 3 };
-    struct solid_prior prior = {.radius = s->radius};
-    enum status status = STATUS_OK;
-    for (int pass = 0; pass < PASSES && !status; pass++) {
-        struct contour_edge *edge = NULL;
-        int count = 0;
-        vec3 center = s->center, turned = prior.turned;
-        bool fine = pass >= COARSE;
-        prior.free_radius = fine;
-        status = find_edges(&edge, &count, c, out, search[pass], fine, run, err);
-        if (!status)
-            status = cal_solid_fit(s, &prior, edge, count, c->views, 1 / px, err);
-        free(edge);
-        double moved = px
-                       * (vec3_length(vec3_sub(s->center, center))
-                          + reach * vec3_length(vec3_sub(prior.turned, turned)));
-        if (fine ? moved < 0.02 : moved < 1.5)  // no other pass of its kind is needed
-            pass = fine ? PASSES : COARSE - 1;
-    }
+    const double px = pixels_per_mm(c);
+    vec3 center = s->center, turned = prior->turned;
+    int count = 0;
+    prior->free_radius = fine;
+    enum status status = find_edges(&edge, &count, c, out, search, fine, run, err);
+    if (!status)
+        status = cal_solid_fit(s, prior, edge, count, c->views, 1 / px, err);
+    free(edge);
+    *moved = px
+             * (vec3_length(vec3_sub(s->center, center))
+                + cal_solid_reach(s) * vec3_length(vec3_sub(prior->turned, turned)));
     return status ? cap_fail_within(err, "the sample's outline") : STATUS_OK;
+}
+
+enum status cal_solid_start(struct solid_prior *prior, struct calibration *c, const char *out,
+                            struct run *run, struct error *err)
+{
+    const double size = pixels_per_mm(c) * cal_solid_reach(&c->sample);
+    // How far the nominal place may be wrong: a tenth of the sample, then closer.
+    const double search[] = {fmax(0.1 * size, 8), fmax(0.05 * size, 6), 5};
+    *prior = (struct solid_prior){.radius = c->sample.radius};
+    enum status status = STATUS_OK;
+    double moved = DBL_MAX;
+    for (int k = 0; k < 3 && moved >= 1.5 && !status; k++)
+        status = pass(&moved, prior, c, out, search[k], false, run, err);
+    return status;
+}
+
+enum status cal_solid_place(struct solid_prior *prior, struct calibration *c, const char *out,
+                            struct run *run, struct error *err)
+{
+    enum status status = STATUS_OK;
+    double moved = DBL_MAX;
+    for (int k = 0; k < 4 && moved >= 0.02 && !status; k++)
+        status = pass(&moved, prior, c, out, 2.5, true, run, err);
+    return status;
 }

@@ -23,10 +23,13 @@ enum status cal_solid_fit(struct sample *sample, struct solid_prior *prior,
                           const struct contour_edge *edge, int count, int views, double mm_per_px,
                           struct error *err);
 
-/** Place the sample of *calibration, which stands at its nominal place, by OUT/radiance/SHOT.exr
- *  of all views: coarse edges first, then fine ones. */
-enum status cal_solid_place(struct calibration *calibration, const char *out, struct run *run,
-                            struct error *err);
+/** Put the sample of *calibration, which stands at its nominal place, where its outline is to a
+ *  pixel in OUT/radiance/SHOT.exr of all views. */
+enum status cal_solid_start(struct solid_prior *prior, struct calibration *calibration,
+                            const char *out, struct run *run, struct error *err);
+/** Then to a hundredth of a pixel, as cal_sphere_place. */
+enum status cal_solid_place(struct solid_prior *prior, struct calibration *calibration,
+                            const char *out, struct run *run, struct error *err);
 
 #ifdef __cplusplus
 }

@@ -13,6 +13,7 @@
  */
 #include "sphere.h"
 #include "dense.h"
+#include "dusk.h"
 #include "view_map.h"
 
 #include <assert.h>
@@ -233,6 +234,26 @@ done:
     return status;
 }
 
+/** Drop the edges where light ends instead of the sphere. */
+static int drop_dusk(struct edge *edge, int count, const struct calibration *c)
+{
+    int kept = 0;
+    for (int i = 0; i < count; i++) {
+        const struct view *view = &c->view[edge[i].view];
+        const struct camera *camera = &c->camera[view->camera];
+        mat3 r = cal_rotation(view->view_from_world.rotation);
+        vec3 eye = cal_eye(view->view_from_world),
+             ray = mat3_mul_t(&r, cal_ray(camera, edge[i].pixel));
+        double way = vec3_dot(vec3_sub(c->sample.center, eye), ray);
+        vec3 touch = vec3_add(eye, vec3_scale(ray, way));
+        vec3 normal = vec3_normalize(vec3_sub(touch, c->sample.center));
+        if (!cal_dusk_at_limb(c, edge[i].view, touch, normal,
+                              camera->focal[0] * c->sample.radius / way))
+            edge[kept++] = edge[i];
+    }
+    return kept;
+}
+
 /** All edges of all views about sample->center; each view's edges stand together, in order. */
 static enum status find_edges(struct edge **edges, int *count, const struct calibration *c,
                               const char *out, double search, bool fine, struct run *run,
@@ -255,6 +276,8 @@ static enum status find_edges(struct edge **edges, int *count, const struct cali
                                   &c->view[v], v, c->sample.center, c->sample.radius, search, fine,
                                   &own);
         cap_radiance_free(&map);
+        if (fine)
+            found[v] = drop_dusk(of_view[v], found[v], c);
         if (s) {
 #pragma omp critical(sphere_error)
             if (!status)
@@ -279,34 +302,56 @@ static enum status find_edges(struct edge **edges, int *count, const struct cali
     return status;
 }
 
-enum status cal_sphere_place(struct calibration *calibration, const struct capture *capture,
-                             const char *out, struct run *run, struct error *err)
+/** Pixels a millimetre at the sample. */
+static double pixels_per_mm(const struct calibration *c)
+{
+    const struct view *view = &c->view[0];
+    vec3 eye = cal_eye(view->view_from_world);
+    return c->camera[view->camera].focal[0] / vec3_length(vec3_sub(c->sample.center, eye));
+}
+
+/** Edges within `search` pixels, and the sphere that fits them. *moved: by how many pixels. */
+static enum status pass(double *moved, struct calibration *c, double nominal_radius,
+                        const char *out, double search, bool fine, struct run *run,
+                        struct error *err)
+{
+    struct edge *edges = NULL;
+    int count = 0;
+    struct sample *s = &c->sample;
+    vec3 before = s->center;
+    s->sigma_radius = fine ? RADIUS_PRIOR * nominal_radius : 0;
+    s->radius = nominal_radius;
+    enum status status = find_edges(&edges, &count, c, out, search, fine, run, err);
+    if (!status)
+        status = cal_sphere_fit(s, c, edges, count, err);
+    free(edges);
+    *moved = pixels_per_mm(c) * vec3_length(vec3_sub(s->center, before));
+    return status ? cap_fail_within(err, "the sphere's outline") : STATUS_OK;
+}
+
+enum status cal_sphere_start(struct calibration *c, const struct capture *capture, const char *out,
+                             struct run *run, struct error *err)
 {
     const struct sample_place *nominal = &capture->sample;
     assert(nominal->shape == SHAPE_SPHERE);
-    struct sample *s = &calibration->sample;
-    *s = (struct sample){
+    c->sample = (struct sample){
         .shape = SHAPE_SPHERE, .center = nominal->center, .radius = nominal->radius};
-    // How far the nominal place may be wrong, in pixels: a seventh of the radius, then closer.
-    const struct camera *camera = &calibration->camera[calibration->view[0].camera];
-    vec3 eye = cal_eye(calibration->view[0].view_from_world);
-    double px = camera->focal[0] / vec3_length(vec3_sub(s->center, eye));
-    const double search[] = {fmax(0.15 * s->radius * px, 8), 5, 2.5, 2.5};
+    double moved;
+    // How far the nominal place may be wrong: a seventh of the radius.
+    double search = fmax(0.15 * nominal->radius * pixels_per_mm(c), 8);
+    enum status status = pass(&moved, c, nominal->radius, out, search, false, run, err);
+    if (!status && moved >= 1.5)
+        status = pass(&moved, c, nominal->radius, out, 5, false, run, err);
+    return status;
+}
+
+enum status cal_sphere_place(struct calibration *c, const struct capture *capture, const char *out,
+                             struct run *run, struct error *err)
+{
+    double moved = DBL_MAX;
     enum status status = STATUS_OK;
-    for (int pass = 0; pass < 4 && !status; pass++) {
-        struct edge *edges = NULL;
-        int count = 0;
-        bool fine = pass >= 2;
-        vec3 before = s->center;
-        s->sigma_radius = fine ? RADIUS_PRIOR * nominal->radius : 0;
-        s->radius = nominal->radius;
-        status = find_edges(&edges, &count, calibration, out, search[pass], fine, run, err);
-        if (!status)
-            status = cal_sphere_fit(s, calibration, edges, count, err);
-        free(edges);
-        // A pass that hardly moves the sphere needs no other of its kind after it.
-        double moved_px = px * vec3_length(vec3_sub(s->center, before));
-        pass += moved_px < (fine ? 0.25 : 1.5);
-    }
-    return status ? cap_fail_within(err, "the sphere's outline") : STATUS_OK;
+    // A pass that hardly moves the sphere needs no other after it.
+    for (int k = 0; k < 3 && moved >= 0.25 && !status; k++)
+        status = pass(&moved, c, capture->sample.radius, out, 2.5, true, run, err);
+    return status;
 }

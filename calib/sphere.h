@@ -15,8 +15,12 @@ extern "C" {
 enum status cal_sphere_fit(struct sample *sample, const struct calibration *calibration,
                            const struct edge *edge, int count, struct error *err);
 
-/** Place the sphere of a merged capture: nominal place, coarse edges, then fine ones, in all views
- *  of *calibration, whose sample it fills. Reads OUT/radiance/SHOT.exr. */
+/** Put the sphere of a merged capture where its outline is to a pixel, from its nominal place:
+ * fills the sample of *calibration. Reads OUT/radiance/SHOT.exr of all its views. */
+enum status cal_sphere_start(struct calibration *calibration, const struct capture *capture,
+                             const char *out, struct run *run, struct error *err);
+/** Then to a hundredth of a pixel. Where lamps are known, edges of light are told from the
+ *  sphere's. */
 enum status cal_sphere_place(struct calibration *calibration, const struct capture *capture,
                              const char *out, struct run *run, struct error *err);
 

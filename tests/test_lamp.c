@@ -167,7 +167,7 @@ static void test_board_alone(void **state)
     make_scene(&s, false, 0);
     for (int l = 0; l < 2; l++)
         assert_int_equal(cal_lamp_start(&s.calibration, l, &s.board, NULL), STATUS_OK);
-    assert_int_equal(cal_lamp_fit(&s.calibration, &s.capture, &s.board, &none, true, NULL, NULL),
+    assert_int_equal(cal_lamp_fit(&s.calibration, &s.capture, &s.board, &none, 1, true, NULL, NULL),
                      STATUS_OK);
     check(&s, 0.05, 1e-4);  // no noise: what the solver's tolerance leaves
     end_scene(&s);
@@ -181,7 +181,8 @@ static void test_glossy_ball_of_another_family(void **state)
     for (int l = 0; l < 2; l++)
         assert_int_equal(cal_lamp_start(&s.calibration, l, &s.board, NULL), STATUS_OK);
     assert_int_equal(
-        cal_lamp_fit(&s.calibration, &s.capture, &s.board, &s.sample, true, NULL, NULL), STATUS_OK);
+        cal_lamp_fit(&s.calibration, &s.capture, &s.board, &s.sample, 1, true, NULL, NULL),
+        STATUS_OK);
     check(&s, 3, 0.005);  // the figures that the issue asks of a capture
     for (int l = 0; l < 2; l++)
         for (int k = 0; k < 3; k++)
@@ -200,7 +201,8 @@ static void test_shadowed_paper_does_not_matter(void **state)
     for (int l = 0; l < 2; l++)
         assert_int_equal(cal_lamp_start(&s.calibration, l, &s.board, NULL), STATUS_OK);
     assert_int_equal(
-        cal_lamp_fit(&s.calibration, &s.capture, &s.board, &s.sample, true, NULL, NULL), STATUS_OK);
+        cal_lamp_fit(&s.calibration, &s.capture, &s.board, &s.sample, 1, true, NULL, NULL),
+        STATUS_OK);
     check(&s, 3, 0.005);
     end_scene(&s);
 }
