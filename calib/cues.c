@@ -20,7 +20,8 @@ const char *cal_cue_name(enum cue cue)
     return names[cue];
 }
 
-bool cal_unknowns_copy(struct calibration *copy, const struct calibration *c)
+/** A copy whose lamps, views and cameras a fit may overwrite; names and tags are the original's. */
+static bool copy_of(struct calibration *copy, const struct calibration *c)
 {
     *copy = *c;
     copy->lamp = malloc((size_t)c->lamps * sizeof *c->lamp);
@@ -34,13 +35,6 @@ bool cal_unknowns_copy(struct calibration *copy, const struct calibration *c)
     return true;
 }
 
-void cal_unknowns_free(struct calibration *copy)
-{
-    free(copy->lamp);
-    free(copy->view);
-    free(copy->camera);
-}
-
 /** The cue of a fit with these facets; where it fails, the facets tell nothing. */
 static enum status shading(struct calibration *c, const struct capture *capture, enum cue cue,
                            const struct facets *board, const struct facets *sample,
@@ -48,7 +42,7 @@ static enum status shading(struct calibration *c, const struct capture *capture,
 {
     struct calibration copy;
     enum status status = STATUS_OK;
-    if (!cal_unknowns_copy(&copy, c))
+    if (!copy_of(&copy, c))
         status = cap_fail(err, STATUS_MEMORY, "%d views", c->views);
     else if (!cal_lamp_fit(&copy, capture, board, sample, 1, false, NULL, NULL))
         for (int l = 0; l < c->lamps; l++) {
@@ -58,7 +52,9 @@ static enum status shading(struct calibration *c, const struct capture *capture,
             if (found->sigma < SIGMA_MAX)
                 c->lamp[l].cue[cue] = *found;
         }
-    cal_unknowns_free(&copy);
+    free(copy.lamp);
+    free(copy.view);
+    free(copy.camera);
     return status;
 }
 

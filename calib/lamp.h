@@ -33,11 +33,6 @@ enum status cal_lamp_fit(struct calibration *calibration, const struct capture *
                          const struct facets *board, const struct facets *sample, double doubt,
                          bool may_be_far, struct sample_shift *shift, struct error *err);
 
-/** A copy whose lamps, views and cameras a fit may overwrite; names and tags are the original's.
- *  false: out of memory. Free it in either case. */
-bool cal_unknowns_copy(struct calibration *copy, const struct calibration *calibration);
-void cal_unknowns_free(struct calibration *copy);
-
 /** What is known of the lamps on the way. Begin, end, free. */
 struct lamp_search {
     const struct capture *capture;

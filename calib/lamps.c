@@ -304,66 +304,35 @@ enum status cal_lamps_begin(struct lamp_search *search, struct calibration *c,
     return status ? status : cal_lamp_fit(c, capture, &search->board, &none, 1, false, NULL, err);
 }
 
-/** Does light move the sample from its outline, or a lamp from where the board alone has it, by
- *  more than can be? */
-static bool misled(const struct calibration *c, const struct lamp *by_board,
-                   const struct sample_shift *shift)
+/** Does light move the sample away from its outline, by more than can be? */
+static bool misled(const struct calibration *c, const struct sample_shift *shift)
 {
+    bool far = false;
     for (int a = 0; a < 3; a++)
-        if (fabs(shift->by[a]) > STRAY * c->sample.sigma_center[a])
-            return true;
-    for (int l = 0; l < c->lamps; l++) {
-        const double *s = by_board[l].sigma_position;
-        vec3 d = vec3_sub(c->lamp[l].position, by_board[l].position);
-        double z[3] = {d.x / s[0], d.y / s[1], d.z / s[2]};
-        if (!c->lamp[l].at_infinity && !by_board[l].at_infinity
-            && z[0] * z[0] + z[1] * z[1] + z[2] * z[2] > 3 * STRAY * STRAY)
-            return true;
-    }
-    return false;
+        far = far || fabs(shift->by[a]) > STRAY * c->sample.sigma_center[a];
+    return far;
 }
 
-/** The lamps as the board alone has them, from the joint answer. */
-static enum status ask_board_alone(struct lamp *by_board, const struct lamp_search *search,
-                                   const struct calibration *c, struct error *err)
-{
-    const struct facets none = {0};
-    struct calibration copy;
-    enum status status =
-        cal_unknowns_copy(&copy, c)
-            ? cal_lamp_fit(&copy, search->capture, &search->board, &none, 1, false, NULL, err)
-            : cap_fail(err, STATUS_MEMORY, "%d views", c->views);
-    if (!status)
-        memcpy(by_board, copy.lamp, (size_t)c->lamps * sizeof *by_board);
-    cal_unknowns_free(&copy);
-    return status;
-}
-
-/** Board and sample together. Where they contradict each other, the sample's reflectance is what is
- *  not understood: then it is doubted. The shape of others than spheres is known less well. */
+/** Board and sample together. Where light contradicts the outline, the sample's reflectance is what
+ *  is not understood: then it is doubted. The shape of others than spheres is known less well. */
 static enum status fit_together(struct lamp_search *search, struct calibration *c,
                                 struct facets *sample, struct sample_shift *shift, struct run *run,
                                 struct error *err)
 {
-    struct lamp *by_board = calloc((size_t)c->lamps + 1, sizeof *by_board);
-    enum status status = by_board ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%d lamps", c->lamps);
+    enum status status = STATUS_OK;
     double doubt = c->sample.shape == SHAPE_SPHERE ? 1 : DOUBT;
     for (bool again = true; again && !status;) {
         status = cal_lamp_fit(c, search->capture, &search->board, sample, doubt, true, shift, err);
         if (!status)
             status = fit_without_bounces(c, search->capture, &search->board, sample, doubt,
                                          search->out, shift, run, err);
-        again = !status && doubt == 1;
-        if (again)
-            status = ask_board_alone(by_board, search, c, err);
-        again = again && !status && misled(c, by_board, shift);
+        again = !status && doubt == 1 && misled(c, shift);
         if (again) {
             doubt = DOUBT;
             forget_corrections(&search->board);
             forget_corrections(sample);
         }
     }
-    free(by_board);
     return status;
 }
 
