@@ -399,10 +399,38 @@ void cal_bounce(const struct calibration *c, int view, vec3 point, vec3 normal, 
         radiance[k] += gloss[k];
 }
 
-void cal_sample_light(const struct calibration *c, int view, vec3 point, vec3 normal,
-                      double radiance[3])
+enum status cal_twice_bounced(double (**radiance)[3], const struct calibration *c, struct run *run,
+                              struct error *err)
 {
-    memset(radiance, 0, sizeof(double[3]));
+    const struct surroundings *s = &c->surroundings;
+    const int all = c->lamps * SOLID_POINTS;
+    double(*found)[3] = calloc((size_t)all, sizeof *found);
+    if (!found)
+        return cap_fail(err, STATUS_MEMORY, "the sample's light under %d lamps", c->lamps);
+#pragma omp parallel for schedule(static) num_threads(run->threads)
+    for (int k = 0; k < all; k++) {
+        const struct glow *glow = s->glow + (size_t)(k / SOLID_POINTS) * (size_t)s->count;
+        vec3 point, normal;
+        double area;
+        cal_solid_point(&c->sample, k % SOLID_POINTS, &point, &normal, &area);
+        for (int i = 0; i < s->count; i++) {
+            vec3 to = vec3_sub(glow[i].point, point);
+            double up = vec3_dot(to, normal), down = -vec3_dot(to, glow[i].normal);
+            double r2 = vec3_dot(to, to),
+                   form = up * down * glow[i].side * glow[i].side / (r2 * r2);
+            for (int a = 0; a < 3 && up > 0 && down > 0; a++)
+                found[k][a] += s->strength * s->lobe.diffuse[a] * glow[i].radiance[a] * form;
+        }
+    }
+    *radiance = found;
+    return STATUS_OK;
+}
+
+void cal_sample_light(const struct calibration *c, const double (*twice)[3], int view, vec3 point,
+                      vec3 normal, double matte[3], double gloss[3])
+{
+    memset(matte, 0, sizeof(double[3]));
+    memset(gloss, 0, sizeof(double[3]));
     const struct sample *s = &c->sample;
     if (!c->surroundings.has_lobe || s->shape == SHAPE_NONE)
         return;
@@ -415,15 +443,22 @@ void cal_sample_light(const struct calibration *c, int view, vec3 point, vec3 no
         cal_solid_point(s, i, &p, &n, &area);
         vec3 to = vec3_sub(point, p), wi = cal_lamp_way(lamp, place, p, &falloff);
         double out = vec3_dot(to, n), in = vec3_dot(wi, n), down = -vec3_dot(to, normal);
-        if (out <= 0 || in <= 0 || down <= 0)
+        if (out <= 0 || down <= 0)
             continue;
-        double r2 = vec3_dot(to, to), f[3];
+        double r2 = vec3_dot(to, to), f[3], seen = out * down * area / (r2 * r2) * power / CAP_PI;
+        for (int k = 0; twice && k < 3; k++)
+            matte[k] += twice[c->view[view].light * SOLID_POINTS + i][k] * seen;
+        if (in <= 0)
+            continue;
         vec3 wo = vec3_scale(to, 1 / sqrt(r2));
         vec3 h = vec3_normalize(vec3_add(wi, wo));
         cal_lobe_lookup(&c->surroundings.lobe, in, out / sqrt(r2), vec3_dot(h, n), vec3_dot(wi, h),
                         f);
-        double form = in * falloff * out * down * area / (r2 * r2) * power;
-        for (int k = 0; k < 3; k++)
-            radiance[k] += f[k] * lamp->intensity[k] * form / CAP_PI;
+        for (int k = 0; k < 3; k++) {
+            double light = lamp->intensity[k] * in * falloff * seen,
+                   diffuse = c->surroundings.lobe.diffuse[k];
+            matte[k] += diffuse * light;
+            gloss[k] += (f[k] - diffuse) * light;
+        }
     }
 }

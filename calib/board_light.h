@@ -28,10 +28,16 @@ bool cal_board_light_told(const struct calibration *calibration);
 void cal_bounce_parts(const struct calibration *calibration, int view, vec3 point, vec3 normal,
                       vec3 wo, double matte[3], double gloss[3]);
 
+/** Radiance that the board's light has at the SOLID_POINTS of the sample, under each lamp with
+ * power 1, by the sample's matte reflectance: light that has been reflected twice when it comes
+ * back to the board. *radiance is [lamps SOLID_POINTS][3]; the caller frees it. STATUS_MEMORY. */
+enum status cal_twice_bounced(double (**radiance)[3], const struct calibration *calibration,
+                              struct run *run, struct error *err);
 /** Radiance that the sample, lit by a view's lamp, adds to a matte surface of reflectance 1 at a
- *  point with a normal: [3], to be multiplied by the surface's albedo. */
-void cal_sample_light(const struct calibration *calibration, int view, vec3 point, vec3 normal,
-                      double radiance[3]);
+ *  point with a normal, by its matte and its glossy part: [3], to be multiplied by the surface's
+ *  albedo. twice: of cal_twice_bounced, or NULL. */
+void cal_sample_light(const struct calibration *calibration, const double (*twice)[3], int view,
+                      vec3 point, vec3 normal, double matte[3], double gloss[3]);
 
 #ifdef __cplusplus
 }

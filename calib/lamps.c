@@ -152,7 +152,8 @@ static enum status name_lamps(struct calibration *c, const struct capture *captu
 /** What comes to a facet by way of others: radiance for albedo 1 of board and patch, and how sure
  *  it is. */
 static void extra_light(const struct facet *f, const struct calibration *c,
-                        const struct capture *capture, double extra[3], double sigma[3])
+                        const double (*twice)[3], const struct capture *capture, double extra[3],
+                        double sigma[3])
 {
     vec3 eye = cal_eye(c->view[f->view].view_from_world);
     if (f->material == MATERIAL_SAMPLE) {
@@ -165,18 +166,21 @@ static void extra_light(const struct facet *f, const struct calibration *c,
         }
         return;
     }
-    cal_sample_light(c, f->view, f->point, f->normal, extra);
+    double gloss[3];
+    cal_sample_light(c, twice, f->view, f->point, f->normal, extra, gloss);
     for (int k = 0; k < 3; k++) {
-        extra[k] *= f->material == MATERIAL_PAPER
-                        ? c->surroundings.paper[k]
-                        : capture->patch[f->material - MATERIAL_PATCH].albedo;
-        sigma[k] = MATTE_SIGMA * extra[k];
+        double albedo = f->material == MATERIAL_PAPER
+                            ? c->surroundings.paper[k]
+                            : capture->patch[f->material - MATERIAL_PATCH].albedo;
+        // What the sample mirrors on the board comes from where the lobe is hardly known, grazing.
+        sigma[k] = albedo * hypot(MATTE_SIGMA * extra[k], gloss[k]);
+        extra[k] *= albedo;
     }
 }
 
 /** Take from a facet what does not come from the lamp itself. A facet that owes most of its
  *  radiance to others says nothing (sigma huge). */
-static void correct_facet(struct facet *f, const struct calibration *c,
+static void correct_facet(struct facet *f, const struct calibration *c, const double (*twice)[3],
                           const struct capture *capture)
 {
     const struct view *view = &c->view[f->view];
@@ -184,7 +188,7 @@ static void correct_facet(struct facet *f, const struct calibration *c,
     if (!f->bright || vec3_dot(vec3_sub(at, f->point), f->normal) <= 0)
         return;  // not lit: no use
     double extra[3], sigma[3];
-    extra_light(f, c, capture, extra, sigma);
+    extra_light(f, c, twice, capture, extra, sigma);
     for (int k = 0; k < 3; k++) {
         double seen = exp(f->log_seen[k]), part = extra[k] / seen;
         if (part > EXTRA_MAX) {
@@ -236,10 +240,15 @@ static enum status fit_without_bounces(struct calibration *c, const struct captu
             status = cal_board_light_strength(c, sample, run, err);
         if (status || c->surroundings.strength == 0)
             break;
+        double(*twice)[3] = NULL;
+        status = cal_twice_bounced(&twice, c, run, err);
+        if (status)
+            break;
 #pragma omp parallel for schedule(dynamic, 64) num_threads(run->threads)
         for (int i = 0; i < board->count + sample->count; i++)
             correct_facet(i < board->count ? &board->facet[i] : &sample->facet[i - board->count], c,
-                          capture);
+                          (const double(*)[3])twice, capture);
+        free(twice);
         for (int l = 0; l < c->lamps; l++)
             before[l] = c->lamp[l].position;
         const double direct = shift->misfit;

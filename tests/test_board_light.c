@@ -90,15 +90,18 @@ static void test_a_matte_ball_from_the_lamp(void **state)
     (void)state;
     struct scene s;
     make_scene(&s, 0.6);
-    double radiance[3];
+    double radiance[3], gloss[3];
     // Full moon: intensity 2/3 albedo E R^2, E = I/r^2; a surface at d gets that over d^2, and a
     // white one of albedo 1 shines with that over pi.
     double irradiance = 1e10 / 1e10, distance = 2000;
     double due = 2.0 / 3 * 0.6 * irradiance * 400 / (distance * distance) / CAP_PI;
-    cal_sample_light(&s.calibration, 0, (vec3){distance, 0, 0}, (vec3){-1, 0, 0}, radiance);
+    cal_sample_light(&s.calibration, NULL, 0, (vec3){distance, 0, 0}, (vec3){-1, 0, 0}, radiance,
+                     gloss);
     assert_near(radiance[0] / due, 1, 0.02);  // 400 points on the ball; d is 100 radii
-    cal_sample_light(&s.calibration, 0, (vec3){-distance, 0, 0}, (vec3){1, 0, 0}, radiance);
+    cal_sample_light(&s.calibration, NULL, 0, (vec3){-distance, 0, 0}, (vec3){1, 0, 0}, radiance,
+                     gloss);
     assert_near(radiance[0] / due, 0, 0.01);  // new moon
+    assert_near(gloss[0] / due, 0, 1e-4);
 }
 
 static void test_strength_is_what_the_night_side_shows(void **state)
