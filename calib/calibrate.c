@@ -44,6 +44,8 @@ static enum status start_sample(struct calibration *c, struct solid_prior *prior
                                     .radius = nominal->radius,
                                     .height = nominal->height,
                                     .axis = vec3_normalize(nominal->axis)};
+    *prior =
+        (struct solid_prior){.radius = c->sample.radius, .radius_sigma = nominal->radius_sigma};
     return status ? status : cal_solid_start(prior, c, out, run, err);
 }
 

@@ -16,6 +16,7 @@
 
 #include "dense.h"
 #include "dusk.h"
+#include "shape_check.h"
 #include "view_map.h"
 
 #include <float.h>
@@ -23,11 +24,12 @@
 #include <string.h>
 
 enum { TURN = 0, SHIFT = 3, RADIUS = 6, UNKNOWNS = 7, EDGES_MIN = 20, ROUNDS = 15 };
-static const double BIWEIGHT = 4.685;  // Tukey's constant: 95 % efficient for normal errors
-static const double MODEL_PX = 0.012;  // bias of the limb model: ../shared/facts.md has 0.009 mm
-static const double RADIUS_PRIOR = 0.005;  // a caliper gives a radius to half a percent
-static const double SHIFT_PRIOR = 0.15;    // of the sample's reach: placed by eye
-static const double TURN_PRIOR = 0.1;      // rad, the same
+static const double BIWEIGHT = 4.685;    // Tukey's constant: 95 % efficient for normal errors
+static const double MODEL_PX = 0.012;    // bias of the limb model: ../shared/facts.md has 0.009 mm
+static const double FINE_ENOUGH = 0.02;  // px: a step that moves the sample less is the last
+static const double TRUSTED = 0.01;      // a radius known to this, relative, needs no fit at first
+static const double SHIFT_PRIOR = 0.15;  // of the sample's reach: placed by eye
+static const double TURN_PRIOR = 0.1;    // rad, the same
 static const double IDLE = 0.02;  // facets of a scan tell some 0.5 %, a handle tens of per cent
 static const double HELD = 1e9;   // weight that holds an unknown, over its prior's
 
@@ -115,10 +117,10 @@ static struct prior_terms priors(const struct sample *s, const struct solid_prio
 {
     const double shift = SHIFT_PRIOR * cal_solid_reach(s);
     struct prior_terms t = {.axis_weight = HELD / (TURN_PRIOR * TURN_PRIOR)};
+    const double radius = prior->radius_sigma > 0 ? prior->radius_sigma : shift;
     const double moved[] = {prior->turned.x,          prior->turned.y,  prior->turned.z,
                             prior->shifted.x,         prior->shifted.y, prior->shifted.z,
                             s->radius - prior->radius};
-    const double radius = RADIUS_PRIOR * prior->radius;
     for (int a = 0; a < UNKNOWNS; a++) {
         double sigma = a < SHIFT ? TURN_PRIOR : a < RADIUS ? shift : radius;
         t.weight[a] = 1 / (sigma * sigma);
@@ -349,24 +351,50 @@ static double pixels_per_mm(const struct calibration *c)
     return sum / c->views;
 }
 
-/** Edges within `search` pixels, and a step to fit them. *moved: by how many pixels. */
+/** Is the solid the shape that it is said to be? Edges lie `off` where it was before the last step;
+ *  a shift and a turn are no misfit. */
+static enum status check_shape(const struct calibration *c, const struct contour_edge *edge,
+                               int count, struct run *run, struct error *err)
+{
+    struct touch *touch = calloc((size_t)count + 1, sizeof *touch);
+    if (!touch)
+        return cap_fail(err, STATUS_MEMORY, "%d edges", count);
+    for (int i = 0; i < count; i++) {
+        const struct contour_point *at = &edge[i].at;
+        touch[i] = (struct touch){.arm = vec3_sub(at->point, c->sample.center),
+                                  .normal = at->across,
+                                  .off = edge[i].off / at->px_per_mm,
+                                  .sigma = hypot(edge[i].sigma_px, 0.01) / at->px_per_mm,
+                                  .px_per_mm = at->px_per_mm,
+                                  .view = edge[i].view};
+    }
+    enum status status = cal_shape_warn(&c->sample, touch, count, c->views, run, err);
+    free(touch);
+    return status;
+}
+
+/** Edges within `search` pixels, and a step to fit them. *moved: by how many pixels. Fine and the
+ *  last one: the shape is checked too. */
 static enum status pass(double *moved, struct solid_prior *prior, struct calibration *c,
                         const char *out, double search, bool fine, struct run *run,
                         struct error *err)
 {
     struct contour_edge *edge = NULL;
     struct sample *s = &c->sample;
+    const double radius = s->radius;
     const double px = pixels_per_mm(c);
     vec3 center = s->center, turned = prior->turned;
     int count = 0;
-    prior->free_radius = fine;
+    prior->free_radius = fine || prior->radius_sigma > TRUSTED * prior->radius;
     enum status status = find_edges(&edge, &count, c, out, search, fine, run, err);
     if (!status)
         status = cal_solid_fit(s, prior, edge, count, c->views, 1 / px, err);
-    free(edge);
     *moved = px
-             * (vec3_length(vec3_sub(s->center, center))
+             * (vec3_length(vec3_sub(s->center, center)) + fabs(s->radius - radius)
                 + cal_solid_reach(s) * vec3_length(vec3_sub(prior->turned, turned)));
+    if (!status && fine && *moved < FINE_ENOUGH)
+        status = check_shape(c, edge, count, run, err);
+    free(edge);
     return status ? cap_fail_within(err, "the sample's outline") : STATUS_OK;
 }
 
@@ -375,8 +403,8 @@ enum status cal_solid_start(struct solid_prior *prior, struct calibration *c, co
 {
     const double size = pixels_per_mm(c) * cal_solid_reach(&c->sample);
     // How far the nominal place may be wrong: a tenth of the sample, then closer.
-    const double search[] = {fmax(0.1 * size, 8), fmax(0.05 * size, 6), 5};
-    *prior = (struct solid_prior){.radius = c->sample.radius};
+    const double loose = 2.5 * prior->radius_sigma * pixels_per_mm(c);
+    const double search[] = {fmax(fmax(0.1 * size, loose), 8), fmax(0.05 * size, 6), 5};
     enum status status = STATUS_OK;
     double moved = DBL_MAX;
     for (int k = 0; k < 3 && moved >= 1.5 && !status; k++)
@@ -389,7 +417,7 @@ enum status cal_solid_place(struct solid_prior *prior, struct calibration *c, co
 {
     enum status status = STATUS_OK;
     double moved = DBL_MAX;
-    for (int k = 0; k < 4 && moved >= 0.02 && !status; k++)
+    for (int k = 0; k < 4 && moved >= FINE_ENOUGH && !status; k++)
         status = pass(&moved, prior, c, out, 2.5, true, run, err);
     return status;
 }

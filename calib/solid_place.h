@@ -11,9 +11,9 @@ extern "C" {
 
 /** Where a sample was before any photograph was looked at, and how far from there it may be. */
 struct solid_prior {
-    vec3 turned, shifted;  // by how much it has been moved since
-    double radius;         // nominal
-    bool free_radius;      // a cylinder's radius is fitted too
+    vec3 turned, shifted;         // by how much it has been moved since
+    double radius, radius_sigma;  // nominal
+    bool free_radius;             // a cylinder's radius is fitted too
 };
 
 /** One robust step towards the edges ([count], views counted in `views`): moves *sample, and fills
@@ -23,7 +23,8 @@ enum status cal_solid_fit(struct sample *sample, struct solid_prior *prior,
                           const struct contour_edge *edge, int count, int views, double mm_per_px,
                           struct error *err);
 
-/** Put the sample of *calibration, which stands at its nominal place, where its outline is to a
+/** prior: radius and radius_sigma as capture.yaml has them, else 0.
+ *  Put the sample of *calibration, which stands at its nominal place, where its outline is to a
  *  pixel in OUT/radiance/SHOT.exr of all views. */
 enum status cal_solid_start(struct solid_prior *prior, struct calibration *calibration,
                             const char *out, struct run *run, struct error *err);

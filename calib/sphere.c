@@ -14,6 +14,7 @@
 #include "sphere.h"
 #include "dense.h"
 #include "dusk.h"
+#include "shape_check.h"
 #include "view_map.h"
 
 #include <assert.h>
@@ -24,7 +25,7 @@
 enum { UNKNOWNS = 4, EDGES_MIN = 12, ROUNDS = 30 };  // UNKNOWNS: x, y, z, R
 static const double BIWEIGHT = 4.685;  // Tukey's constant: 95 % efficient for normal errors
 static const double MODEL_PX = 0.012;  // bias of the limb model: ../shared/facts.md has 0.009 mm
-static const double RADIUS_PRIOR = 0.005;  // a ruler or caliper gives a radius to half a percent
+static const double TRUSTED = 0.01;    // a radius known to this, relative, needs no fit at first
 
 /** An edge as the fit sees it. */
 struct tangent {
@@ -310,22 +311,23 @@ static double pixels_per_mm(const struct calibration *c)
     return c->camera[view->camera].focal[0] / vec3_length(vec3_sub(c->sample.center, eye));
 }
 
-/** Edges within `search` pixels, and the sphere that fits them. *moved: by how many pixels. */
-static enum status pass(double *moved, struct calibration *c, double nominal_radius,
-                        const char *out, double search, bool fine, struct run *run,
-                        struct error *err)
+/** Edges within `search` pixels, and the sphere that fits them. *moved: by how many pixels. The
+ *  caller owns *edges. */
+static enum status pass(double *moved, struct edge **edges, int *count, struct calibration *c,
+                        const struct sample_place *nominal, const char *out, double search,
+                        bool fine, struct run *run, struct error *err)
 {
-    struct edge *edges = NULL;
-    int count = 0;
     struct sample *s = &c->sample;
-    vec3 before = s->center;
-    s->sigma_radius = fine ? RADIUS_PRIOR * nominal_radius : 0;
-    s->radius = nominal_radius;
-    enum status status = find_edges(&edges, &count, c, out, search, fine, run, err);
+    const struct sample before = *s;
+    *edges = NULL;
+    enum status status = find_edges(edges, count, c, out, search, fine, run, err);
+    const bool fitted = fine || nominal->radius_sigma > TRUSTED * nominal->radius;
+    s->radius = nominal->radius;
+    s->sigma_radius = fitted ? nominal->radius_sigma : 0;
     if (!status)
-        status = cal_sphere_fit(s, c, edges, count, err);
-    free(edges);
-    *moved = pixels_per_mm(c) * vec3_length(vec3_sub(s->center, before));
+        status = cal_sphere_fit(s, c, *edges, *count, err);
+    *moved = pixels_per_mm(c)
+             * (vec3_length(vec3_sub(s->center, before.center)) + fabs(s->radius - before.radius));
     return status ? cap_fail_within(err, "the sphere's outline") : STATUS_OK;
 }
 
@@ -336,12 +338,46 @@ enum status cal_sphere_start(struct calibration *c, const struct capture *captur
     assert(nominal->shape == SHAPE_SPHERE);
     c->sample = (struct sample){
         .shape = SHAPE_SPHERE, .center = nominal->center, .radius = nominal->radius};
-    double moved;
-    // How far the nominal place may be wrong: a seventh of the radius.
-    double search = fmax(0.15 * nominal->radius * pixels_per_mm(c), 8);
-    enum status status = pass(&moved, c, nominal->radius, out, search, false, run, err);
-    if (!status && moved >= 1.5)
-        status = pass(&moved, c, nominal->radius, out, 5, false, run, err);
+    // How far the nominal place may be wrong: a seventh of the radius, or what that may be wrong.
+    const double px = pixels_per_mm(c);
+    const double search[] = {
+        fmax(px * fmax(0.15 * nominal->radius, 2.5 * nominal->radius_sigma), 8), 5, 5};
+    double moved = DBL_MAX;
+    enum status status = STATUS_OK;
+    for (int k = 0; k < 3 && moved >= 1.5 && !status; k++) {
+        struct edge *edges;
+        int count;
+        status = pass(&moved, &edges, &count, c, nominal, out, search[k], false, run, err);
+        free(edges);
+    }
+    return status;
+}
+
+/** Is the sphere one? Touches lie where rays through the edges come nearest to its centre. */
+static enum status check_shape(const struct calibration *c, const struct edge *edge, int count,
+                               struct run *run, struct error *err)
+{
+    const struct sample *s = &c->sample;
+    struct tangent *t = calloc((size_t)count + 1, sizeof *t);
+    struct touch *touch = calloc((size_t)count + 1, sizeof *touch);
+    enum status status = t && touch ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%d edges", count);
+    if (!status)
+        make_tangents(t, c, edge, count);
+    for (int i = 0; i < count && !status; i++) {
+        double way = vec3_dot(vec3_sub(s->center, t[i].eye), t[i].ray);
+        vec3 near = vec3_add(t[i].eye, vec3_scale(t[i].ray, way));
+        vec3 arm = vec3_sub(near, s->center);
+        touch[i] = (struct touch){.arm = arm,
+                                  .normal = vec3_normalize(arm),
+                                  .off = vec3_length(arm) - s->radius,
+                                  .sigma = t[i].sigma_px * way / t[i].px,
+                                  .px_per_mm = t[i].px / way,
+                                  .view = t[i].view};
+    }
+    if (!status)
+        status = cal_shape_warn(s, touch, count, c->views, run, err);
+    free(t);
+    free(touch);
     return status;
 }
 
@@ -349,9 +385,16 @@ enum status cal_sphere_place(struct calibration *c, const struct capture *captur
                              struct run *run, struct error *err)
 {
     double moved = DBL_MAX;
+    struct edge *edges = NULL;
+    int count = 0;
     enum status status = STATUS_OK;
     // A pass that hardly moves the sphere needs no other after it.
-    for (int k = 0; k < 3 && moved >= 0.25 && !status; k++)
-        status = pass(&moved, c, capture->sample.radius, out, 2.5, true, run, err);
+    for (int k = 0; k < 3 && moved >= 0.25 && !status; k++) {
+        free(edges);
+        status = pass(&moved, &edges, &count, c, &capture->sample, out, 2.5, true, run, err);
+    }
+    if (!status)
+        status = check_shape(c, edges, count, run, err);
+    free(edges);
     return status;
 }

@@ -80,14 +80,17 @@ static enum status check_board(struct capture *capture, const struct capture_yam
     return status;
 }
 
+// A caliper gives a radius to half a percent: where `radius_sigma` does not say otherwise.
+static const double CALIPER = 0.005;
+
 /* A mesh: its file from the capture's folder, and a rotation vector and a translation. */
 static enum status check_mesh(struct sample_place *sample, const char *folder,
                               const struct capture_yaml *yaml, struct error *err)
 {
-    static const char *const not_of_mesh[] = {"sample.radius", "sample.height", "sample.axis",
-                                              "sample.center"};
+    static const char *const not_of_mesh[] = {"sample.radius", "sample.radius_sigma",
+                                              "sample.height", "sample.axis", "sample.center"};
     const struct yaml_sample *given = yaml->root->sample;
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < 5; i++)
         if (is_there(yaml, not_of_mesh[i]))
             return yaml_source_fail(&yaml->source, err, not_of_mesh[i],
                                     "a mesh has none: its file and `pose` say it all");
@@ -126,6 +129,8 @@ static enum status check_sample(struct capture *capture, const struct capture_ya
         return yaml_source_fail(&yaml->source, err, "sample.center", "is missing");
     if (!(given->radius > 0))
         return yaml_source_fail(&yaml->source, err, "sample.radius", "has to be positive");
+    if (is_there(yaml, "sample.radius_sigma") && !(given->radius_sigma > 0))
+        return yaml_source_fail(&yaml->source, err, "sample.radius_sigma", "has to be positive");
     if (cylinder && !(given->height > 0))
         return yaml_source_fail(&yaml->source, err, "sample.height", "has to be positive");
     if (!cylinder && (is_there(yaml, "sample.height") || is_there(yaml, "sample.axis")))
@@ -135,6 +140,7 @@ static enum status check_sample(struct capture *capture, const struct capture_ya
     if (cylinder && !is_there(yaml, "sample.axis"))
         return yaml_source_fail(&yaml->source, err, "sample.axis", "is missing");
     sample->radius = given->radius;
+    sample->radius_sigma = given->radius_sigma > 0 ? given->radius_sigma : CALIPER * given->radius;
     sample->height = cylinder ? given->height : 0;
     sample->center = vec3_of(given->center);
     return take_axis(&sample->axis, yaml, "sample.axis", given->axis, (vec3){0, 0, 1}, err);

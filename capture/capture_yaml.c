@@ -43,6 +43,7 @@ static const cyaml_schema_field_t board_fields[] = {TEXT("family", NEED, yaml_bo
 static const cyaml_schema_field_t sample_fields[] = {
     TEXT("shape", NEED, yaml_sample, shape),
     NUMBER("radius", MAY, yaml_sample, radius),
+    NUMBER("radius_sigma", MAY, yaml_sample, radius_sigma),
     NUMBER("height", MAY, yaml_sample, height),
     POINT("center", MAY, yaml_sample, center),
     POINT("axis", MAY, yaml_sample, axis),

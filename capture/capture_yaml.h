@@ -15,7 +15,7 @@ struct yaml_board {
 };
 struct yaml_sample {
     char *shape, *file;
-    double radius, height, center[3], axis[3], pose[6];
+    double radius, radius_sigma, height, center[3], axis[3], pose[6];
 };
 struct yaml_patch {
     double albedo, corner[4][3];

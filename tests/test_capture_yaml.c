@@ -73,6 +73,10 @@ static struct row {
      "goniocam: 1\nsample:\n  shape: sphere\n  center: [0, 0, 0]\n"
      "  radius: -2\n",
      5, "sample.radius: has to be positive"},
+    {"a radius known too well",
+     "goniocam: 1\nsample:\n  shape: sphere\n  center: [0, 0, 0]\n  radius: 2\n"
+     "  radius_sigma: 0\n",
+     6, "sample.radius_sigma: has to be positive"},
     {"no radius", "goniocam: 1\nsample:\n  shape: sphere\n  center: [0, 0, 0]\n", 2,
      "sample.radius"},
     {"an unknown shape", "goniocam: 1\nsample: {shape: cube, radius: 1, center: [0, 0, 0]}\n", 2,

@@ -83,7 +83,8 @@ static void place(struct sample *s, double wild, bool free_radius)
     struct calibration c;
     struct camera camera;
     struct view view[VIEWS];
-    struct solid_prior prior = {.radius = s->radius, .free_radius = free_radius};
+    struct solid_prior prior = {
+        .radius = s->radius, .radius_sigma = 0.005 * s->radius, .free_radius = free_radius};
     make_views(&c, &camera, view);
     for (int round = 0; round < 5; round++) {
         int count;

@@ -39,6 +39,7 @@ enum shape { SHAPE_NONE, SHAPE_SPHERE, SHAPE_CYLINDER, SHAPE_MESH };
 struct sample_place {
     enum shape shape;
     double radius, height;
+    double radius_sigma;  // how well the radius is known, mm
     vec3 center, axis;
     char *file;  // of a mesh: its path
     vec3 rotation, translation;
