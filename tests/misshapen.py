@@ -77,10 +77,6 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         run = lambda *a: calibrate(goniocam, project, folder, *a)
 
-        print("a ball")
-        told, sample = run("ball", lambda n: 0 * n, trusted)
-        check("no warning of its shape", "is not the" not in told, told.strip())
-
         print("an ellipsoid, 0.3 mm longer along x")
         told, sample = run("ellipsoid", lambda n: n * [0.3, 0, 0], trusted)
         size, way = warned(told, "an ellipsoid") or (0, np.zeros(3))
@@ -99,6 +95,7 @@ def main():
 
         print("a radius that is a millimetre wrong")
         told, sample = run("loose", lambda n: 0 * n, {"radius": RADIUS - 1, "radius_sigma": 1})
+        check("no warning of its shape", "is not the" not in told, told.strip())
         check("found to 0.02 mm", abs(sample["radius"] - RADIUS) < 0.02, "%.3f mm" % sample["radius"])
         check("sigma covers it", abs(sample["radius"] - RADIUS) < 3 * sample["sigma_radius"], "%.4f" % sample["sigma_radius"])
         check("centre to 0.03 mm", np.linalg.norm(np.subtract(sample["center"], CENTER)) < 0.03, sample["center"])
