@@ -39,6 +39,12 @@ void limb_add(struct sector *s, const struct radiance *map, int x, int y, double
     const size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)x);
     if (s->count == LIMB_SITES_MAX || !cal_gray(map, at, &value, &variance))
         return;
+    if (*map->cfa) {  // what was not measured here comes from neighbours, also across the edge
+        value = map->value[at + 1];
+        variance = map->variance[at + 1];
+        if (!isfinite(variance))
+            return;
+    }
     s->site[s->count++] = (struct site){d, value, variance + TEXTURE * TEXTURE * value * value};
 }
 
