@@ -140,8 +140,20 @@ static enum status render_shot(const struct rendering *r, int shot, struct error
     return status;
 }
 
-/** The frames of a wall and of darkness that the scene asks for; darkness as long as the longest
- *  exposure. */
+/** What the camera of the first shot sees while the lamp is off. */
+static enum status take_ambient(const struct rendering *r, double seconds, uint32_t frame,
+                                struct error *err)
+{
+    struct scene_shot unlit = r->scene->shot[0];
+    unlit.power = 0;
+    enum status status = sam_film_expose(&r->world, &unlit, r->run->threads, r->value, err);
+    if (!status)
+        status = sam_optics_apply(r->scene, r->run->threads, r->value, err);
+    return status ? status : take(r, SUBJECT_SCENE, "ambient", seconds, frame, err);
+}
+
+/** The frames of a wall, of darkness and of the unlit scene that are asked for; the latter two as
+ *  long as the longest exposure. */
 static enum status take_frames(const struct rendering *r, struct error *err)
 {
     const struct scene *scene = r->scene;
@@ -154,6 +166,8 @@ static enum status take_frames(const struct rendering *r, struct error *err)
         status = take(r, SUBJECT_WALL, "flat", scene->exposure[0], next, err);
     if (!status && scene->dark)
         status = take(r, SUBJECT_DARKNESS, "dark", longest, next + 1, err);
+    if (!status && scene->ambient_frame)
+        status = take_ambient(r, longest, next + 2, err);
     return status;
 }
 

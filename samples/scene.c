@@ -320,6 +320,7 @@ static bool read_all(struct scene *scene, struct doc *doc)
     scene->radiance = sam_doc_bool(doc, root, "radiance", false);
     scene->table = sam_doc_bool(doc, root, "table", false);
     sam_doc_numbers(doc, root, "ambient", scene->ambient, 3, true, 0, 1e9);
+    scene->ambient_frame = sam_doc_bool(doc, root, "ambient_frame", false);
     bool memory = read_exposures(scene, doc, root) && read_lamps(scene, doc, root)
                   && sam_read_board(&scene->board, doc, sam_doc_need(doc, root, "board"))
                   && sam_read_patches(scene, doc, sam_doc_get(doc, root, "patch"));

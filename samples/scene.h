@@ -137,6 +137,7 @@ struct scene {
     int bounces;           // of light between board and sample: 0 or 1
     double ambient[3];     // radiance that comes from everywhere, lamp on or off
     bool flat, dark;       // write a frame of an even wall; one of darkness
+    bool ambient_frame;    // and one of the first shot's view without the lamp
     bool radiance, table;  // write OUT/radiance; write OUT/truth.binary
 };
 

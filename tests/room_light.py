@@ -1,0 +1,56 @@
+#!/usr/bin/python3
+"""Room light: a photograph without the lamp takes it out, and what is left is what the lamp alone would have shown.
+
+    tests/room_light.py GONIOCAM PROJECT
+"""
+import os
+import subprocess
+import sys
+import tempfile
+
+import cv2  # reads half and float OpenEXR
+import numpy as np
+import yaml
+
+os.environ["OPENCV_IO_ENABLE_OPENEXR"] = "1"
+failed = 0
+
+
+def check(what, value, low, high):
+    global failed
+    good = low <= value <= high
+    failed += not good
+    print("%-56s %10.5g  (%g to %g)%s" % (what, value, low, high, "" if good else "  FAILED"))
+
+
+def main():
+    goniocam, project = sys.argv[1:3]
+    run = lambda *a: subprocess.check_call([goniocam, *a, "--quiet"], stdout=subprocess.DEVNULL)
+    with tempfile.TemporaryDirectory() as folder:
+        at = lambda n: os.path.join(folder, n)
+        with open(os.path.join(project, "samples/tiny.yaml")) as f:
+            scene = yaml.safe_load(f)
+        scene["shots"] = [{"arc": dict(scene["shots"][0]["arc"], count=1)}]
+        scene["radiance"] = True
+
+        def merged(name, **changes):
+            with open(at(name + ".yaml"), "w") as f:
+                yaml.safe_dump(dict(scene, **changes), f)
+            run("render", at(name + ".yaml"), "-o", at(name))
+            run("merge", at(name), "-o", at(name + "-out"))
+            out = os.path.join(at(name + "-out"), "radiance")
+            return cv2.imread(os.path.join(out, os.listdir(out)[0]), cv2.IMREAD_UNCHANGED)
+
+        alone = merged("alone")
+        room = 0.05 * float(cv2.imread(os.path.join(at("alone"), "radiance", "shot00.exr"), cv2.IMREAD_UNCHANGED).max())
+        lit = merged("lit", ambient=[room] * 3)
+        corrected = merged("corrected", ambient=[room] * 3, ambient_frame=True)
+        bright = np.isfinite(alone).all(-1) & (alone.min(-1) > 0.1 * np.nanmedian(alone))
+        more = np.median((lit / alone)[bright])
+        check("room light, of the lamp's (not corrected), median", more - 1, 0.02, 10)
+        check("left of it, of what there was", abs(np.median((corrected / alone)[bright]) - 1) / (more - 1), 0, 0.02)
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()
