@@ -6,6 +6,8 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 /* Without `photos`, these are photographs. */
 static bool is_image_name(const char *name)
@@ -259,6 +261,23 @@ static enum status fill(struct capture *capture, const struct capture_yaml *yaml
     return status;
 }
 
+/** Is there a folder, and a capture.yaml in it? What is missing is what people trip over first. */
+static enum status check_folder(const char *folder, const char *yaml, struct error *err)
+{
+    struct stat info;
+    if (stat(folder, &info) != 0)
+        return cap_fail(err, STATUS_IO, "%s: there is no such folder", folder);
+    if (!S_ISDIR(info.st_mode))
+        return cap_fail(err, STATUS_IO, "%s: is a file; name the folder of the photographs",
+                        folder);
+    if (access(yaml, F_OK) != 0)
+        return cap_fail(err, STATUS_IO,
+                        "%s: there is no capture.yaml in this folder: write what the board, the "
+                        "sample and the white patch are (`goniocam board` prints the board's part)",
+                        folder);
+    return STATUS_OK;
+}
+
 enum status cap_capture_read(struct capture *capture, const char *folder, struct run *run,
                              struct error *err)
 {
@@ -268,6 +287,8 @@ enum status cap_capture_read(struct capture *capture, const char *folder, struct
     enum status status = STATUS_OK;
     if (!made.folder || !path)
         status = cap_fail(err, STATUS_MEMORY, "%s", folder);
+    if (!status)
+        status = check_folder(folder, path, err);
     if (!status)
         status = capture_yaml_read(&yaml, path, err);
     if (!status)

@@ -95,7 +95,9 @@ def cases(case):
 
     c = case("no-capture-yaml")
     os.remove(c.yaml)
-    c.run().expect(1, "capture.yaml").absent(*RESULTS)
+    c.run().expect(1, "there is no capture.yaml", "goniocam board").absent(*RESULTS)
+    c.capture += "-of-nowhere"
+    c.run().expect(1, "there is no such folder", c.capture).absent(*RESULTS)
 
     c = case("truncated-photograph")
     bad = c.photos()[1]
