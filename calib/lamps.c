@@ -362,6 +362,8 @@ enum status cal_lamps_end(struct lamp_search *search, struct calibration *c, str
         status = ask_all(&sample, highlight, &question, run, err);
     if (!status && sample.count)
         status = fit_together(search, c, &sample, &shift, run, err);
+    else if (!status)  // too small or too dark a sample: the board alone says which lamps are far
+        status = cal_lamp_fit(c, capture, &search->board, &none, 1, true, NULL, err);
     if (!status && sample.count && c->sample.shape == SHAPE_SPHERE)
         move_sample(&c->sample, &shift);
     if (!status)
