@@ -41,6 +41,14 @@ static enum fate blocked(const struct viewing *v, const struct strip *s, int i)
     return rec_blocked(v->blockers, lamp, point, margin) ? FATE_SHADOWED : FATE_USED;
 }
 
+void rec_strip_block(struct strip *s, const struct viewing *v)
+{
+    bool free_way = !v->board && (!v->blockers || v->blockers->count == 0);
+    for (int i = 0; i < LANES && !free_way; i++)
+        if (s->fate[i] == FATE_USED)
+            s->fate[i] = blocked(v, s, i);
+}
+
 /** What the photosites of a strip read in one channel. */
 struct reading {
     float value[LANES], variance[LANES];
@@ -244,10 +252,7 @@ static void find_strays(struct strip *s, const struct consensus *consensus)
 void rec_strip_make(struct strip *s, const struct viewing *v, const struct radiance *map)
 {
     rec_strip_footprints(s, v);
-    bool free_way = !v->board && (!v->blockers || v->blockers->count == 0);
-    for (int i = 0; i < LANES && !free_way; i++)
-        if (s->fate[i] == FATE_USED)
-            s->fate[i] = blocked(v, s, i);
+    rec_strip_block(s, v);
     if (!rec_strip_any(s))
         return;
     rec_strip_angles(s);

@@ -46,9 +46,10 @@ void rec_strip_make(struct strip *strip, const struct viewing *viewing, const st
 reflectance_sample rec_strip_sample(const struct strip *strip, int lane);
 
 /** The parts of rec_strip_make. Where photosites lie on the sample: fate, hit, and all up to spread
- *  (footprint.c); half and difference angles, and bin (strip_angles.c); systematic and tilt
- *  (sample_errors.c). */
+ *  (footprint.c); what stands in the way of used ones (samples.c); half and difference angles, and
+ * bin (strip_angles.c); systematic and tilt (sample_errors.c). */
 void rec_strip_footprints(struct strip *strip, const struct viewing *viewing);
+void rec_strip_block(struct strip *strip, const struct viewing *viewing);
 void rec_strip_angles(struct strip *strip);
 void rec_strip_errors(struct strip *strip, const struct viewing *viewing);
 
