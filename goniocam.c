@@ -7,14 +7,37 @@
 #include <stdio.h>
 #include <string.h>
 
-// In the order of a day's work.
-static const struct command *const tables[] = {rec_commands, cap_commands, cal_commands,
-                                               sam_commands};
-enum { TABLES = sizeof tables / sizeof *tables };
+static int run_manual(const struct arguments *args);
+static int run_completion(const struct arguments *args);
+
+static const struct command front_commands[] = {
+    {"manual", "", "this program's manual page: goniocam manual | man -l -", NULL, run_manual},
+    {"completion", "bash|zsh|fish", "what a shell completes command lines with", NULL,
+     run_completion},
+    {0},
+};
+// In the order of a day's work; ends with NULL.
+static const struct command *const tables[] = {rec_commands, cap_commands,   cal_commands,
+                                               sam_commands, front_commands, NULL};
+static const struct program program = {
+    "goniocam", "from a folder of photographs to a material's BRDF", GONIOCAM_VERSION, tables};
+
+static int run_manual(const struct arguments *args)
+{
+    if (args->count != 0)
+        return 2;
+    cap_manual_write(stdout, &program);
+    return 0;
+}
+
+static int run_completion(const struct arguments *args)
+{
+    return args->count == 1 && cap_completion_write(stdout, &program, args->positional[0]) ? 0 : 2;
+}
 
 static const struct command *find_command(const char *name)
 {
-    for (int t = 0; t < TABLES; t++)
+    for (int t = 0; tables[t]; t++)
         for (const struct command *c = tables[t]; c->name; c++)
             if (strcmp(c->name, name) == 0)
                 return c;
@@ -34,9 +57,9 @@ static void print_options(FILE *to, const struct option *options)
 
 static void print_usage(FILE *to)
 {
-    fprintf(to, "goniocam: from a folder of photographs to a material's BRDF\n\n"
-                "usage: goniocam COMMAND ARGUMENTS\n\n");
-    for (int t = 0; t < TABLES; t++)
+    fprintf(to, "%s: %s\n\nusage: %s COMMAND ARGUMENTS\n\n", program.name, program.purpose,
+            program.name);
+    for (int t = 0; tables[t]; t++)
         for (const struct command *c = tables[t]; c->name; c++)
             fprintf(to, "  %-12s %-24s %s\n", c->name, c->arguments, c->help);
     fprintf(to, "\noptions of every command:\n");

@@ -6,7 +6,7 @@ foreach(module shapes random pixel place tags light bounce film optics expose ti
     brdf_test(samples ${module})
 endforeach()
 target_include_directories(test_reflectance PRIVATE ${PROJECT_SOURCE_DIR}/reconstruct)
-target_link_libraries(test_tags PRIVATE PkgConfig::APRILTAG ${APRILTAG_UTILS})
+target_link_libraries(test_tags PRIVATE apriltag_images)
 target_link_libraries(test_tiff_write PRIVATE TIFF::TIFF)
 target_link_libraries(test_png_write PRIVATE PkgConfig::PNG)
 target_link_libraries(test_dng_write PRIVATE PkgConfig::LIBRAW)

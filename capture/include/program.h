@@ -178,6 +178,15 @@ const char *cap_option(const struct arguments *args, const char *name);
  *  a message is on stderr, and the command returns 2. */
 bool cap_option_int(const struct arguments *args, const char *name, int low, int high, int fallback,
                     int *value);
+/** A program: what its manual and its completion are made of. */
+struct program {
+    const char *name, *purpose, *version;
+    const struct command *const *table;  // ends with NULL
+};
+/** Its manual page, in man(7). */
+void cap_manual_write(FILE *to, const struct program *program);
+/** Its completion for bash, zsh or fish. false: another shell; nothing is written. */
+bool cap_completion_write(FILE *to, const struct program *program, const char *shell);
 /** How every command ends: STATUS_OK -> 0; else the story on stderr, and 1. */
 int cap_exit(enum status status, const struct error *err);
 
