@@ -5,7 +5,7 @@
  *
  * The paper writes no pi; the published fits to the MERL materials want it.
  */
-#include "microfacet.h"
+#include "lobes.h"
 #include "models.h"
 
 enum { KD = 0, A = 3, B = 6, C = 7, IOR = 8 };
@@ -22,6 +22,16 @@ static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
         f[c] = parameters[KD + c] / CAP_PI + parameters[A + c] * lobe;
 }
 
+static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
+{
+    double b = parameters[B], c = parameters[C], e = 1 - c;
+    double whole = b < 1e-9 ? 1 : fabs(e) < 1e-9 ? log1p(b) / b : expm1(e * log1p(b)) / (b * e);
+    double gloss = 8 * rec_fresnel_dielectric(wi.z, parameters[IOR]) * whole;
+    int n = rec_lobe_body(lobe, parameters + KD);
+    lobe[n] = rec_lobe(LOBE_ABC, gloss * rec_mean(parameters + A), b, c);
+    return n + 1;
+}
+
 const struct model rec_model_abc = {
     .name = "abc",
     .source = "Low, Kronander, Ynnerman, Unger, ACM TOG 2012",
@@ -32,4 +42,5 @@ const struct model rec_model_abc = {
                                             {"ior", 1, 1, 100},
                                             {0}},
     .eval = eval,
+    .lobes = lobes,
 };

@@ -4,7 +4,7 @@
  *          + (n + 1)/(8 pi) (n.h)^n F / (wi.h max(cos_i, cos_o))       F = rs + (1 - rs)(1 -
  * wi.h)^5
  */
-#include "microfacet.h"
+#include "lobes.h"
 #include "models.h"
 
 enum { RD = 0, RS = 3, N = 6 };
@@ -27,10 +27,20 @@ static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
     }
 }
 
+static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
+{
+    double rs = rec_mean(parameters + RS);
+    int n = rec_lobe_body(lobe, parameters + RD);
+    lobe->weight *= 1 - rs;
+    lobe[n] = rec_lobe(LOBE_POWER, rs + (1 - rs) * rec_schlick(wi.z), parameters[N], 0);
+    return n + 1;
+}
+
 const struct model rec_model_ashikhmin_shirley = {
     .name = "ashikhmin_shirley",
     .source = "Ashikhmin and Shirley, \"An Anisotropic Phong BRDF Model\", JGT 2000",
     .parameter =
         (const struct parameter[]){{"rd", 3, 0, 1}, {"rs", 3, 0, 1}, {"n", 1, 0, 1e6}, {0}},
     .eval = eval,
+    .lobes = lobes,
 };

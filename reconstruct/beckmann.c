@@ -6,7 +6,7 @@
  * grooves, G = min(1, 2 n.h cos_i / (wi.h), 2 n.h cos_o / (wo.h)). As in ggx.c, the body is not
  * attenuated by what the surface reflects.
  */
-#include "microfacet.h"
+#include "lobes.h"
 #include "models.h"
 
 enum { ALBEDO = 0, ALPHA = 3, IOR = 4 };
@@ -33,6 +33,14 @@ static void eval_cook_torrance(const double *parameters, vec3 wi, vec3 wo, doubl
     combine(parameters, a, d * g / (4 * a.cos_i * a.cos_o), f);
 }
 
+static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
+{
+    double gloss = rec_fresnel_dielectric(wi.z, parameters[IOR]);
+    int n = rec_lobe_body(lobe, parameters + ALBEDO);
+    lobe[n] = rec_lobe(LOBE_BECKMANN, gloss, parameters[ALPHA], 0);
+    return n + 1;
+}
+
 static const struct parameter parameters[] = {
     {"albedo", 3, 0, 1}, {"alpha", 1, 1e-3, 1}, {"ior", 1, 1, 4}, {0}};
 
@@ -41,6 +49,7 @@ const struct model rec_model_beckmann = {
     .source = "Beckmann slopes after Walter et al., EGSR 2007; dielectric Fresnel over Lambert",
     .parameter = parameters,
     .eval = eval_beckmann,
+    .lobes = lobes,
 };
 
 const struct model rec_model_cook_torrance = {
@@ -48,4 +57,5 @@ const struct model rec_model_cook_torrance = {
     .source = "Cook and Torrance, ACM TOG 1982, with 1/4; dielectric Fresnel over Lambert",
     .parameter = parameters,
     .eval = eval_cook_torrance,
+    .lobes = lobes,
 };

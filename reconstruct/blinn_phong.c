@@ -6,7 +6,7 @@
  * A lobe alone keeps energy where ks <= (ke + 2)(ke + 4) / (8 pi (2^(-ke/2) + ke)), its albedo at
  * normal incidence.
  */
-#include "microfacet.h"
+#include "lobes.h"
 #include "models.h"
 
 enum { KD = 0, KS = 3, KE = 6 };
@@ -19,6 +19,19 @@ static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
         f[c] = parameters[KD + c] + parameters[KS + c] * exp(parameters[KE + c] * ln_cos_h);
 }
 
+static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
+{
+    (void)wi;
+    int n = rec_lobe_body(lobe, parameters + KD);
+    lobe->weight *= CAP_PI;
+    for (int c = 0; c < 3; c++, n++) {
+        double e = parameters[KE + c];
+        double whole = 8 * CAP_PI * (pow(2, -0.5 * e) + e) / ((e + 2) * (e + 4));
+        lobe[n] = rec_lobe(LOBE_POWER, parameters[KS + c] * whole / 3, e, 0);
+    }
+    return n;
+}
+
 const struct model rec_model_blinn_phong = {
     .name = "blinn_phong",
     .source = "Blinn, SIGGRAPH 1977; form of Ngan, Durand, Matusik, EGSR 2005",
@@ -26,4 +39,5 @@ const struct model rec_model_blinn_phong = {
         (const struct parameter[]){
             {"kd", 3, 0, 1 / CAP_PI}, {"ks", 3, 0, 1e5}, {"ke", 3, 0, 1e6}, {0}},
     .eval = eval,
+    .lobes = lobes,
 };

@@ -1,4 +1,5 @@
 /* brdf.c -- a BRDF from whatever file holds one. */
+#include "lobes.h"
 #include "reconstruct.h"
 
 #include <errno.h>
@@ -78,4 +79,26 @@ void rec_brdf_eval(const struct brdf *brdf, vec3 wi, vec3 wo, double f[3])
     int bin = rec_merl_index(rec_half_diff(wi, wo));
     for (int c = 0; c < 3; c++)
         f[c] = fmax(0, brdf->table.value[(size_t)c * MERL_BINS + (size_t)bin]);
+}
+
+// What a table is sampled by until something fits it better.
+static const struct model *sampled_model(const struct brdf *brdf, const double **value)
+{
+    static const double white[3] = {1, 1, 1};
+    *value = brdf->model ? brdf->value : white;
+    return brdf->model ? brdf->model : rec_model_find("lambert");
+}
+
+double rec_brdf_sample(const struct brdf *brdf, vec3 wi, const double u[3], vec3 *wo)
+{
+    const double *value;
+    const struct model *model = sampled_model(brdf, &value);
+    return rec_lobes_sample(model, value, wi, u, wo);
+}
+
+double rec_brdf_pdf(const struct brdf *brdf, vec3 wi, vec3 wo)
+{
+    const double *value;
+    const struct model *model = sampled_model(brdf, &value);
+    return wi.z > 0 && wo.z > 0 ? rec_lobes_pdf(model, value, wi, wo) : 0;
 }

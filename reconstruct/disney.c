@@ -7,7 +7,7 @@
  * (0.5 + roughness/2)^2; Dr is Berry's GTR1 with ior 1.5. The layers share no energy: a white,
  * rough base sends back some percent more than it gets.
  */
-#include "microfacet.h"
+#include "lobes.h"
 #include "models.h"
 
 enum {
@@ -86,6 +86,20 @@ static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
     }
 }
 
+static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
+{
+    const double *v = parameters;
+    double base = rec_mean(v + BASE), rise = rec_schlick(wi.z);
+    double f0 = mix(0.08 * v[SPECULAR], base, v[METALLIC]);
+    double width = mix(0.1, 0.001, v[CLEARCOAT_GLOSS]);
+    int n = rec_lobe_body(lobe, v + BASE);
+    lobe->weight *= 1 - v[METALLIC];
+    lobe[n++] =
+        rec_lobe(LOBE_VISIBLE, mix(f0, 1, rise), fmax(1e-3, v[ROUGHNESS] * v[ROUGHNESS]), 0);
+    lobe[n++] = rec_lobe(LOBE_GTR, 0.25 * v[CLEARCOAT] * mix(0.04, 1, rise), width, 1);
+    return n;
+}
+
 const struct model rec_model_disney = {
     .name = "disney",
     .source = "Burley, \"Physically Based Shading at Disney\", SIGGRAPH 2012 course",
@@ -101,4 +115,5 @@ const struct model rec_model_disney = {
                                             {"clearcoat_gloss", 1, 0, 1},
                                             {0}},
     .eval = eval,
+    .lobes = lobes,
 };

@@ -5,7 +5,7 @@
  * GGX slopes of width alpha, separable Smith shadowing, exact Fresnel; the body is not attenuated
  * by what the surface reflects, so energy is conserved only while albedo + F <= 1.
  */
-#include "microfacet.h"
+#include "lobes.h"
 #include "models.h"
 
 enum { ALBEDO = 0, ALPHA = 3, IOR = 4 };
@@ -19,6 +19,14 @@ static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
         f[c] = parameters[ALBEDO + c] / CAP_PI + gloss;
 }
 
+static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
+{
+    double gloss = rec_fresnel_dielectric(wi.z, parameters[IOR]);
+    int n = rec_lobe_body(lobe, parameters + ALBEDO);
+    lobe[n] = rec_lobe(LOBE_VISIBLE, gloss, parameters[ALPHA], 0);
+    return n + 1;
+}
+
 const struct model rec_model_ggx = {
     .name = "ggx",
     .source = "Walter et al., EGSR 2007; dielectric Fresnel over Lambert",
@@ -26,4 +34,5 @@ const struct model rec_model_ggx = {
         (const struct parameter[]){
             {"albedo", 3, 0, 1}, {"alpha", 1, 1e-3, 1}, {"ior", 1, 1, 4}, {0}},
     .eval = eval,
+    .lobes = lobes,
 };

@@ -4,7 +4,7 @@
  *
  * eta - i k is the complex refractive index in each channel, against air.
  */
-#include "microfacet.h"
+#include "lobes.h"
 #include "models.h"
 
 enum { ETA = 0, K = 3, ALPHA = 6 };
@@ -30,6 +30,13 @@ static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
         f[c] = lobe * fresnel_conductor(a.c, parameters[ETA + c], parameters[K + c]);
 }
 
+static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
+{
+    (void)wi;
+    *lobe = rec_lobe(LOBE_VISIBLE, 1, parameters[ALPHA], 0);
+    return 1;
+}
+
 const struct model rec_model_ggx_conductor = {
     .name = "ggx_conductor",
     .source = "Walter et al., EGSR 2007; Fresnel of conductors, Born and Wolf",
@@ -37,4 +44,5 @@ const struct model rec_model_ggx_conductor = {
         (const struct parameter[]){
             {"eta", 3, 0.01, 10}, {"k", 3, 0, 30}, {"alpha", 1, 1e-3, 1}, {0}},
     .eval = eval,
+    .lobes = lobes,
 };

@@ -5,7 +5,7 @@
  * Accuracy. Rounding only, about 1e-16 rad, also in the highlight (theta_h -> 0), where
  *           acos(h.z) would be off by 1e-8: a rounding e in h.z moves it by sqrt(2 e).
  */
-#include "reconstruct.h"
+#include "brdf.h"
 
 #include <assert.h>
 

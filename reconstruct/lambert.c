@@ -1,4 +1,5 @@
 /* lambert.c -- the matte model: f = albedo / pi in every direction. */
+#include "lobes.h"
 #include "models.h"
 
 static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
@@ -9,9 +10,16 @@ static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
         f[c] = parameters[c] / CAP_PI;
 }
 
+static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
+{
+    (void)wi;
+    return rec_lobe_body(lobe, parameters);
+}
+
 const struct model rec_model_lambert = {
     .name = "lambert",
     .source = "J. H. Lambert, Photometria, 1760",
     .parameter = (const struct parameter[]){{"albedo", 3, 0, 1}, {0}},
     .eval = eval,
+    .lobes = lobes,
 };

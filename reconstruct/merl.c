@@ -4,7 +4,7 @@
  *           green before all blue, each divided by its channel's scale. Negative: no value.
  * Accuracy. f / scale * scale is within one rounding of f.
  */
-#include "reconstruct.h"
+#include "brdf.h"
 
 #include <assert.h>
 #include <errno.h>

@@ -39,8 +39,7 @@ double rec_schlick(double c)
     return m2 * m2 * m;
 }
 
-// Smith's G1 of GGX over the cosine, 2 / (cos + sqrt(cos^2 + a^2 sin^2)): finite at grazing.
-static double ggx_g1_over_cos(double cosine, double alpha)
+double rec_ggx_g1_over_cos(double cosine, double alpha)
 {
     double cos2 = cosine * cosine;
     return 2 / (cosine + sqrt(cos2 + alpha * alpha * fmax(0, 1 - cos2)));
@@ -51,7 +50,7 @@ double rec_lobe_ggx(facet a, double alpha)
     double a2 = alpha * alpha;
     double q = a.cos2_h * a2 + a.sin2_h;
     double d = a2 / (CAP_PI * q * q);
-    return 0.25 * d * ggx_g1_over_cos(a.cos_i, alpha) * ggx_g1_over_cos(a.cos_o, alpha);
+    return 0.25 * d * rec_ggx_g1_over_cos(a.cos_i, alpha) * rec_ggx_g1_over_cos(a.cos_o, alpha);
 }
 
 // Walter's rational approximation of Smith's G1 for Beckmann slopes, equation 27: within 0.35 %.

@@ -6,7 +6,7 @@
 #ifndef GONIOCAM_MICROFACET_H
 #define GONIOCAM_MICROFACET_H
 
-#include "reconstruct.h"
+#include "brdf.h"
 
 /** Angles of one pair of directions as the models use them. */
 typedef struct {
@@ -23,6 +23,8 @@ double rec_fresnel_dielectric(double c, double ior);
 /** (1 - c)^5: how far F has come from normal incidence to grazing (Schlick 1994). */
 double rec_schlick(double c);
 
+/** Smith's G1 of GGX over the cosine, 2 / (cos + sqrt(cos^2 + a^2 sin^2)): finite at grazing. */
+double rec_ggx_g1_over_cos(double cosine, double alpha);
 /** D G1(i) G1(o) / (4 cos_i cos_o), 1/sr: the lobe without its Fresnel factor. */
 double rec_lobe_ggx(facet a, double alpha);
 double rec_lobe_beckmann(facet a, double alpha);

@@ -2,7 +2,7 @@
 #ifndef GONIOCAM_MODELS_H
 #define GONIOCAM_MODELS_H
 
-#include "reconstruct.h"
+#include "brdf.h"
 
 extern const struct model rec_model_lambert;
 extern const struct model rec_model_ggx;

@@ -6,6 +6,7 @@
  * sigma = s is the standard deviation of the facets' slope angle in radians. This is the paper's
  * "qualitative model"; at grazing incidence it sends back up to 1.5 % more than `albedo`.
  */
+#include "lobes.h"
 #include "models.h"
 
 enum { ALBEDO = 0, SIGMA = 3 };
@@ -21,9 +22,16 @@ static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
         f[c] = parameters[ALBEDO + c] / CAP_PI * rough;
 }
 
+static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
+{
+    (void)wi;
+    return rec_lobe_body(lobe, parameters + ALBEDO);
+}
+
 const struct model rec_model_oren_nayar = {
     .name = "oren_nayar",
     .source = "Oren and Nayar, SIGGRAPH 1994, qualitative model",
     .parameter = (const struct parameter[]){{"albedo", 3, 0, 1}, {"sigma", 1, 0, CAP_PI / 2}, {0}},
     .eval = eval,
+    .lobes = lobes,
 };

@@ -8,7 +8,7 @@
  * kap = 1 / (alpha Gamma(1 - p, alpha)) normalises D and is no parameter here: the published values
  * are this closed form.
  */
-#include "microfacet.h"
+#include "lobes.h"
 #include "models.h"
 
 #include "sgd.h"
@@ -109,6 +109,17 @@ static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
     }
 }
 
+static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
+{
+    int n = rec_lobe_body(lobe, parameters + RHO_D);
+    for (int c = 0; c < 3; c++, n++) {
+        const double *v = parameters + c;
+        double gloss = 4 / CAP_PI * v[RHO_S] * fresnel(wi.z, v[F0], v[F1]);
+        lobe[n] = rec_lobe(LOBE_GAMMA, gloss / 3, v[ALPHA], v[P]);
+    }
+    return n;
+}
+
 // Bounds hold all published materials.
 const struct model rec_model_sgd = {
     .name = "sgd",
@@ -125,4 +136,5 @@ const struct model rec_model_sgd = {
                                             {"theta0", 3, -2, 2},
                                             {0}},
     .eval = eval,
+    .lobes = lobes,
 };

@@ -1,4 +1,5 @@
-/* reconstruct.h -- the face of reconstruct/: reflectance samples, MERL bins, models, fits.
+/* reconstruct.h -- the face of reconstruct/: reflectance samples, MERL bins, fits; what
+ * a renderer needs of it (tables, models, their evaluation and sampling) is in brdf.h beside it.
  *
  * Directions are unit vectors in the local frame of the surface, whose normal is +z, and point
  * away from it: wi to the light, wo to the camera. Angles are in radians. f is in 1/sr and holds
@@ -7,83 +8,12 @@
 #ifndef GONIOCAM_RECONSTRUCT_H
 #define GONIOCAM_RECONSTRUCT_H
 
+#include "brdf.h"
 #include "calib.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/* ---- half/difference angles ---------------------------------------------------------------- */
-
-/** The angles of h and d (see rec_half_diff) that an isotropic BRDF depends on. */
-typedef struct {
-    double theta_h;  // h from the normal, [0, pi/2]
-    double theta_d;  // wi from h,         [0, pi/2]
-    double phi_d;    // wi around h,       [-pi, pi]
-} half_diff;
-
-/** Half/difference angles of a pair of directions:
- *
- *      h = (wi + wo) / |wi + wo|       d = Ry(-theta_h) Rz(-phi_h) wi
- *
- *  Requires wi.z > 0 and wo.z > 0. Swapping wi and wo turns phi_d by pi and changes
- *  nothing else. Where theta_h = 0 or theta_d = 0, phi_d is finite but arbitrary.
- *
- *  S. Rusinkiewicz, "A New Change of Variables for Efficient BRDF Representation",
- *  Eurographics Workshop on Rendering, 1998. */
-half_diff rec_half_diff(vec3 wi, vec3 wo);
-/** The inverse, with the azimuth of h at 0. wi or wo may lie below the horizon. */
-void rec_directions(half_diff angles, vec3 *wi, vec3 *wo);
-
-/* ---- MERL tables ---------------------------------------------------------------------------- */
-
-enum {
-    MERL_THETA_H = 90,
-    MERL_THETA_D = 90,
-    MERL_PHI_D = 180,
-    MERL_BINS = MERL_THETA_H * MERL_THETA_D * MERL_PHI_D
-};
-
-/** The bin of a pair of angles: phi_d + 180 (theta_d + 90 theta_h), each a whole number;
- *  theta_h is divided by its square root, and phi_d is folded to [0, pi) (reciprocity).
- *
- *  W. Matusik, H. Pfister, M. Brand, L. McMillan, "A Data-Driven Reflectance Model",
- *  SIGGRAPH 2003, and the code published with the data. */
-int rec_merl_index(half_diff angles);
-/** The middle of a bin: rec_merl_index(rec_merl_center(bin)) is bin. */
-half_diff rec_merl_center(int bin);
-/** Both directions of the bin's middle are above the horizon: true of 1,096,216 bins. */
-bool rec_merl_above(int bin);
-/** The bin on the other side of the plane of incidence, phi_d -> pi - phi_d: an isotropic
- *  surface without grain has the same f there. */
-int rec_merl_mirror(int bin);
-
-/** Another division of the same angles: theta_h by its square root, theta_d, and phi_d over pi. */
-struct grid {
-    int theta_h, theta_d, phi_d;
-};
-extern const struct grid rec_merl_grid;
-/** How many bins it has. */
-static inline int rec_grid_bins(struct grid grid)
-{
-    return grid.theta_h * grid.theta_d * grid.phi_d;
-}
-/** As rec_merl_index. */
-int rec_grid_index(struct grid grid, half_diff angles);
-/** The ranges of a bin: its angles from low (included) to high. */
-void rec_grid_ranges(struct grid grid, int bin, half_diff *low, half_diff *high);
-
-/** An isotropic BRDF as a table. Owns value; {0} is empty; release with rec_merl_free(). */
-struct merl {
-    double *value;  // [3][MERL_BINS]: red, green, blue; 1/sr; < 0 where there is none
-};
-
-/** Read a MERL file. On success the caller owns *merl; on failure it is untouched.
- *  STATUS_IO, STATUS_FORMAT (other dimensions or length, not a number) or STATUS_MEMORY. */
-enum status rec_merl_read(struct merl *merl, const char *path, struct error *err);
-/** Write a MERL file, complete or not at all. STATUS_IO. */
-enum status rec_merl_write(const struct merl *merl, const char *path, struct error *err);
-void rec_merl_free(struct merl *merl);
 
 /* ---- bins ------------------------------------------------------------------------------------ */
 
@@ -119,32 +49,6 @@ static inline struct grid rec_grid_of(const struct bins *bins)
     return bins->grid.theta_h ? bins->grid : rec_merl_grid;
 }
 void rec_bins_free(struct bins *bins);
-
-/* ---- models -------------------------------------------------------------------------------- */
-
-enum { MODEL_PARAMETERS_MAX = 32 };
-
-/** A parameter of a model: a number, or a colour of three. Physical values lie in [low, high]. */
-struct parameter {
-    const char *name;
-    int size;  // 1 or 3
-    double low, high;
-};
-/** A reflectance model. Its parameters stand one after another in an array of doubles, in the
- *  order of the table, colours as three. */
-struct model {
-    const char *name;                   // as in fits.yaml and in scenes
-    const char *source;                 // the paper
-    const struct parameter *parameter;  // ends with {0}
-    /** f[3] for unit wi, wo with wi.z > 0 and wo.z > 0. */
-    void (*eval)(const double *parameters, vec3 wi, vec3 wo, double f[3]);
-};
-/** All models; ends with NULL. */
-extern const struct model *const rec_models[];
-/** By name; NULL: there is none. */
-const struct model *rec_model_find(const char *name);
-/** How many doubles its parameters are. */
-int rec_model_size(const struct model *model);
 
 /* ---- fits ------------------------------------------------------------------------------------ */
 
@@ -214,22 +118,6 @@ enum status rec_fill(struct merl *merl, uint8_t *status, const struct bins *bins
 /** Directional-hemispherical reflectance of a table, [3], by the midpoint rule in steps of half a
  *  degree: what part of the light from theta_i leaves the surface. */
 void rec_table_albedo(double albedo[3], const struct merl *merl, double theta_i);
-
-/* ---- any BRDF ---------------------------------------------------------------------------------
- */
-
-/** A BRDF from a file: a table, or a model with its parameters. {0} is empty; rec_brdf_free(). */
-struct brdf {
-    struct merl table;  // empty where model is set
-    const struct model *model;
-    double value[MODEL_PARAMETERS_MAX];
-};
-/** From a MERL table, a fits.yaml (its best fit), or a folder OUT (its brdf.binary). On success
- *  the caller owns *brdf. STATUS_IO, STATUS_FORMAT, STATUS_MEMORY. */
-enum status rec_brdf_read(struct brdf *brdf, const char *path, struct error *err);
-void rec_brdf_free(struct brdf *brdf);
-/** f[3], 1/sr; 0 below the horizon. A table answers with the bin that the directions fall into. */
-void rec_brdf_eval(const struct brdf *brdf, vec3 wi, vec3 wo, double f[3]);
 
 /* ---- the whole job ----------------------------------------------------------------------------
  */
