@@ -307,13 +307,20 @@ static bool read_layer(hid_t file, const struct layer *layer, struct bins *bins,
     return ok;
 }
 
+static bool read_status(hid_t file, uint8_t *status)
+{
+    hid_t set = H5Dopen2(file, "status", H5P_DEFAULT);
+    bool ok = set >= 0 && has_shape(set, 1)
+              && H5Dread(set, H5T_NATIVE_UINT8, H5S_ALL, H5S_ALL, H5P_DEFAULT, status) >= 0;
+    H5Dclose(set);
+    return ok;
+}
+
 // The measured bins' indices.
-static bool read_status(hid_t file, struct bins *bins)
+static bool read_indices(hid_t file, struct bins *bins)
 {
     uint8_t *status = malloc(MERL_BINS);
-    hid_t set = H5Dopen2(file, "status", H5P_DEFAULT);
-    bool ok = status && set >= 0 && has_shape(set, 1)
-              && H5Dread(set, H5T_NATIVE_UINT8, H5S_ALL, H5S_ALL, H5P_DEFAULT, status) >= 0;
+    bool ok = status && read_status(file, status);
     int count = 0;
     for (int i = 0; ok && i < MERL_BINS; i++)
         count += status[i] == BIN_MEASURED;
@@ -322,7 +329,6 @@ static bool read_status(hid_t file, struct bins *bins)
     for (int i = 0; ok && i < MERL_BINS; i++)
         if (status[i] == BIN_MEASURED)
             bins->bin[bins->count++].index = i;
-    H5Dclose(set);
     free(status);
     return ok;
 }
@@ -353,7 +359,7 @@ enum status rec_bins_read(struct bins *bins, const char *path, struct error *err
     struct bins found = {.grid = rec_merl_grid};
     enum status result = STATUS_OK;
     hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
-    bool ok = file >= 0 && read_status(file, &found);
+    bool ok = file >= 0 && read_indices(file, &found);
     for (int k = 0; ok && k < LAYERS; k++)
         ok = read_layer(file, &layers[k], &found, slab);
     if (!ok) {
@@ -375,4 +381,15 @@ enum status rec_bins_read(struct bins *bins, const char *path, struct error *err
     rec_bins_free(&found);
     free(slab);
     return result;
+}
+
+enum status rec_bins_read_status(uint8_t *status, const char *path, struct error *err)
+{
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
+    bool ok = file >= 0 && read_status(file, status);
+    if (file >= 0)
+        H5Fclose(file);
+    return ok ? STATUS_OK
+              : cap_fail(err, STATUS_FORMAT, "%s: it holds no status [90][90][180]", path);
 }

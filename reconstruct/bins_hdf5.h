@@ -18,5 +18,7 @@ enum status rec_bins_write(const struct bins *bins, const uint8_t *status,
  * as noise; all of it, where the file does not tell. On success the caller owns *bins. STATUS_IO,
  * STATUS_FORMAT, STATUS_MEMORY. */
 enum status rec_bins_read(struct bins *bins, const char *path, struct error *err);
+/** The status [MERL_BINS] (enum bin_status) of every bin of a bins.h5. STATUS_FORMAT. */
+enum status rec_bins_read_status(uint8_t *status, const char *path, struct error *err);
 
 #endif

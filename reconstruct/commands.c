@@ -1,4 +1,6 @@
 /* commands.c -- the commands of reconstruct/: arguments and messages, no arithmetic. */
+#include "commands.h"
+
 #include "bins_hdf5.h"
 #include "info.h"
 #include "summary.h"
@@ -257,6 +259,8 @@ const struct command rec_commands[] = {
     {"fit", "OUT|TABLE", "fit models to measured bins, or to a MERL table", fit_options, run_fit},
     {"eval", "BRDF", "\"theta_i theta_o phi\" lines (degrees) from stdin to \"r g b\" lines", NULL,
      run_eval},
+    {"plot", "OUT|TABLE... -o FILE", "lobes, slices, coverage, spheres, comparisons: PNG, SVG, PDF",
+     rec_plot_options, rec_run_plot},
     {"info", "FILE", "what a photograph, radiance map, table, fits, bins or samples hold", NULL,
      run_info},
     {0},

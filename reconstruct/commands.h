@@ -1,0 +1,11 @@
+/* commands.h -- commands of reconstruct/ that stand in files of their own. */
+#ifndef GONIOCAM_RECONSTRUCT_COMMANDS_H
+#define GONIOCAM_RECONSTRUCT_COMMANDS_H
+
+#include "program.h"
+
+/** "plot OUT|TABLE... -o FILE" and its options. */
+extern const struct option rec_plot_options[];
+int rec_run_plot(const struct arguments *args);
+
+#endif
