@@ -1,6 +1,7 @@
 /* commands.c -- the commands of samples/: arguments and messages, no arithmetic. */
 #include "samples.h"
 
+#include "commands_plan.h"
 #include "render.h"
 
 static int run_render(const struct arguments *args)
@@ -29,5 +30,7 @@ static int run_render(const struct arguments *args)
 const struct command sam_commands[] = {
     {"render", "SCENE.yaml -o CAPTURE", "make synthetic photographs, with their truth beside them",
      (const struct option[]){{"output", "CAPTURE", "the folder to make", 'o'}, {0}}, run_render},
+    {"plan", "SCENE.yaml|OUT", "what shots measure, and which to make next", plan_options,
+     run_plan},
     {0},
 };
