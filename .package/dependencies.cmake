@@ -18,6 +18,7 @@ pkg_check_modules(JANSSON REQUIRED IMPORTED_TARGET jansson)
 pkg_check_modules(APRILTAG REQUIRED IMPORTED_TARGET apriltag)
 pkg_check_modules(CAIRO REQUIRED IMPORTED_TARGET cairo)
 pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
+pkg_check_modules(GPHOTO IMPORTED_TARGET libgphoto2)  # only `goniocam shoot` wants it
 
 # image_u8_create: in 3.3 a library of its own without a .pc file, later part of apriltag itself.
 if(NOT TARGET apriltag_images)

@@ -1,5 +1,6 @@
 /* commands.c -- the commands of capture/: arguments and messages, no arithmetic. */
 #include "capture.h"
+#include "commands_shoot.h"
 
 #include <stdlib.h>
 
@@ -85,5 +86,6 @@ static int run_merge(const struct arguments *args)
 const struct command cap_commands[] = {
     {"merge", "CAPTURE -o OUT", "merge exposure brackets into radiance maps", merge_options,
      run_merge},
+    {"shoot", "CAPTURE", "take a bracket with a camera at the cable", shoot_options, run_shoot},
     {0},
 };
