@@ -7,6 +7,7 @@
 #include "coverage.h"
 
 #include "bins_hdf5.h"
+#include "plot.h"
 #include "raster.h"
 
 #include <stdlib.h>
@@ -155,4 +156,28 @@ struct coverage rec_coverage_of(const uint8_t *seen)
             }
     }
     return (struct coverage){got[0] / all[0], got[1] / all[1], got[2] / all[2]};
+}
+
+// What is not seen is left to the fit.
+static void status_of(uint8_t *status, const uint8_t *seen)
+{
+    for (int b = 0; b < MERL_BINS; b++)
+        status[b] = seen[b] ? BIN_MEASURED : rec_merl_above(b) ? BIN_EXTRAPOLATED : BIN_IMPOSSIBLE;
+}
+
+enum status rec_coverage_draw(const uint8_t *before, const uint8_t *after, const char *path,
+                              struct error *err)
+{
+    uint8_t *status = malloc(2 * (size_t)MERL_BINS);
+    if (!status)
+        return cap_fail(err, STATUS_MEMORY, "no memory to draw %s", path);
+    status_of(status, before);
+    status_of(status + MERL_BINS, after);
+    char as_it_is[] = "as it is", then[] = "with the proposed shots";
+    const struct plot_source source[2] = {{.name = as_it_is, .status = status},
+                                          {.name = then, .status = status + MERL_BINS}};
+    const struct plot_options options = {.threads = 1};
+    enum status result = rec_plot(PLOT_COVERAGE, source, 2, &options, path, err);
+    free(status);
+    return result;
 }

@@ -64,14 +64,17 @@ static void slice_size(const struct sheet *s, double size[2])
 
 static void coverage(struct pen *pen, const struct sheet *s)
 {
-    for (int i = 0; i < s->sources; i++)
-        rec_plot_coverage(pen, s->source + i, (point2){8, i * (SIDE + 100) + 8}, SIDE);
+    for (int i = 0; i < s->sources; i++) {
+        double y = i * (SIDE + 120) + 8;
+        rec_write(pen, (point2){16, y + 12}, ALIGN_LEFT, 12, INK_TEXT, "%s", s->source[i].name);
+        rec_plot_coverage(pen, s->source + i, (point2){8, y + 20}, SIDE);
+    }
 }
 
 static void coverage_size(const struct sheet *s, double size[2])
 {
     size[0] = 2 * SIDE + 210;
-    size[1] = s->sources * (SIDE + 100) + 8;
+    size[1] = s->sources * (SIDE + 120) + 8;
 }
 
 static void albedo(struct pen *pen, const struct sheet *s)

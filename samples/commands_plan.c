@@ -5,12 +5,14 @@
 #include "reconstruct.h"
 
 #include <stdlib.h>
+#include <string.h>
 #include <sys/stat.h>
 
 enum { PROPOSALS_MAX = 100 };
 
 const struct option plan_options[] = {
     {"shots", "N", "how many shots to propose (default 5; 0: only what is there)", 0},
+    {"output", "FILE", "draw what is measured, before and after: FILE.png, .svg or .pdf", 'o'},
     {"move-lamp", NULL, "propose other places of the lamp too", 0},
     {0},
 };
@@ -118,7 +120,8 @@ int run_plan(const struct arguments *args)
     struct rig rig = {0};
     struct proposal proposal[PROPOSALS_MAX];
     bool result = is_folder(args->positional[0]), json = cap_option(args, "json") != NULL;
-    uint8_t *seen = calloc(MERL_BINS, 1);
+    const char *picture = cap_option(args, "output");
+    uint8_t *seen = calloc(2, MERL_BINS), *then = seen ? seen + MERL_BINS : NULL;
     cap_run_begin(&run, threads, cap_option(args, "quiet") != NULL);
     enum status status = seen ? STATUS_OK : cap_fail(&err, STATUS_MEMORY, "no memory");
     if (!status)
@@ -129,8 +132,13 @@ int run_plan(const struct arguments *args)
     struct coverage before = {0};
     if (!status)
         before = rec_coverage_of(seen);
-    if (!status && request.shots > 0)
-        status = sam_plan(proposal, &found, seen, &rig, request, &run, &err);
+    if (!status) {
+        memcpy(then, seen, MERL_BINS);
+        status = request.shots > 0 ? sam_plan(proposal, &found, then, &rig, request, &run, &err)
+                                   : STATUS_OK;
+    }
+    if (!status && picture)
+        status = rec_coverage_draw(seen, then, picture, &err);
     cap_run_end(&run);
     if (!status)
         (json ? print_json : print_proposals)(proposal, found, before);

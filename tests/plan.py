@@ -42,7 +42,8 @@ def main():
 
         scene = yaml.safe_load(open(os.path.join(project, "samples/tiny.yaml")))
         before = photograph(scene, "before")
-        told = json.loads(subprocess.check_output([goniocam, "plan", at("before-out"), "--json", "--quiet"]))
+        told = json.loads(subprocess.check_output([goniocam, "plan", at("before-out"), "--json", "--quiet", "-o", at("plan.svg")]))
+        check("a picture of it", "with the proposed shots" in open(at("plan.svg")).read() or os.path.getsize(at("plan.svg")) > 10000)
         proposals = told["proposals"]
         check("five shots are proposed", len(proposals) == 5)
         scene["shots"] += [{"look": {"eye": p["eye"], "target": p["target"]}} for p in proposals]

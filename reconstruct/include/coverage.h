@@ -34,6 +34,12 @@ struct coverage {
 };
 struct coverage rec_coverage_of(const uint8_t *seen);
 
+/** Draw which bins are set before and after, over theta_i and theta_o and over theta_h and theta_d,
+ *  to FILE.png, .svg or .pdf; complete or not at all. STATUS_FORMAT (another ending), STATUS_IO,
+ *  STATUS_MEMORY. */
+enum status rec_coverage_draw(const uint8_t *before, const uint8_t *after, const char *path,
+                              struct error *err);
+
 #ifdef __cplusplus
 }
 #endif
