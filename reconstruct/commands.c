@@ -2,15 +2,15 @@
 #include "commands.h"
 
 #include "bins_hdf5.h"
+#include "eval_lines.h"
 #include "info.h"
 #include "summary.h"
 #include "team.h"
 
-#include <ctype.h>
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 static bool begin(struct run *run, const struct arguments *args)
 {
@@ -163,68 +163,17 @@ static int run_fit(const struct arguments *args)
 /* ---- eval -------------------------------------------------------------------------------------
  */
 
-// Three angles in degrees, and nothing after them.
-static bool angles_of(const char *line, double angle[3])
-{
-    for (int k = 0; k < 3; k++) {
-        char *end;
-        angle[k] = strtod(line, &end);
-        if (end == line || !isfinite(angle[k]))
-            return false;
-        line = end;
-    }
-    while (isspace((unsigned char)*line))
-        line++;
-    bool upright = angle[0] >= 0 && angle[0] <= 90 && angle[1] >= 0 && angle[1] <= 90;
-    return upright && (!*line || *line == '#');
-}
-
-static void print_eval(const struct brdf *brdf, const double angle[3])
-{
-    const double degree = CAP_PI / 180;
-    double theta_i = angle[0] * degree, theta_o = angle[1] * degree, phi = angle[2] * degree;
-    vec3 wi = {sin(theta_i), 0, angle[0] < 90 ? cos(theta_i) : 0};
-    vec3 wo = {sin(theta_o) * cos(phi), sin(theta_o) * sin(phi), angle[1] < 90 ? cos(theta_o) : 0};
-    double f[3];
-    rec_brdf_eval(brdf, wi, wo, f);
-    printf("%.9g %.9g %.9g\n", f[0], f[1], f[2]);
-}
-
-static enum status eval_lines(const struct brdf *brdf, FILE *in, struct error *err)
-{
-    char *line = NULL;
-    size_t room = 0;
-    long number = 0;
-    enum status status = STATUS_OK;
-    while (!status && getline(&line, &room, in) >= 0) {
-        double angle[3];
-        const char *text = line + strspn(line, " \t\r\n");
-        number++;
-        if (!*text || *text == '#')
-            continue;
-        if (angles_of(text, angle))
-            print_eval(brdf, angle);
-        else
-            status = cap_fail(err, STATUS_FORMAT,
-                              "line %ld: \"theta_i theta_o phi\" is wanted, in degrees, both "
-                              "thetas from 0 to 90",
-                              number);
-    }
-    if (!status && ferror(in))
-        status = cap_fail(err, STATUS_IO, "standard input: %s", strerror(errno));
-    free(line);
-    return status;
-}
-
 static int run_eval(const struct arguments *args)
 {
-    if (args->count != 1)
+    struct run run;
+    if (args->count != 1 || !begin(&run, args))
         return 2;
     struct brdf brdf = {0};
     struct error err = {0};
     enum status status = rec_brdf_read(&brdf, args->positional[0], &err);
     if (!status)
-        status = eval_lines(&brdf, stdin, &err);
+        status = rec_eval_lines(&brdf, STDIN_FILENO, stdout, run.threads, &err);
+    cap_run_end(&run);
     rec_brdf_free(&brdf);
     return cap_exit(status, &err);
 }

@@ -1,6 +1,8 @@
 /* preview.c -- a picture to look at: spheres of the material under one lamp. */
 #include "preview.h"
 
+#include "lookup.h"
+
 #include <cairo.h>
 
 enum { SIZE = 384 };  // pixels across one sphere's square
@@ -53,9 +55,13 @@ enum status rec_preview(const struct merl *table, const struct fit *fit, const c
     for (int k = 0; k < MODEL_PARAMETERS_MAX; k++)
         fitted.value[k] = fit->value[k];
     struct atomic_file file;
-    enum status status = cap_file_begin(&file, path, false, err);
-    if (status)
+    enum status status = rec_lookup_make(&measured.lookup, table, err);
+    if (!status)
+        status = cap_file_begin(&file, path, false, err);
+    if (status) {
+        rec_lookup_free(measured.lookup);
         return status;
+    }
     cairo_surface_t *picture = cairo_image_surface_create(CAIRO_FORMAT_RGB24, 2 * SIZE, SIZE);
     cairo_status_t made = cairo_surface_status(picture);
     if (made == CAIRO_STATUS_SUCCESS) {
@@ -66,6 +72,7 @@ enum status rec_preview(const struct merl *table, const struct fit *fit, const c
         made = cairo_surface_write_to_png(picture, file.aside);
     }
     cairo_surface_destroy(picture);
+    rec_lookup_free(measured.lookup);
     if (made == CAIRO_STATUS_SUCCESS)
         return cap_file_commit(&file, err);
     cap_file_abandon(&file);

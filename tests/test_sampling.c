@@ -1,8 +1,7 @@
 /* test_sampling.c -- directions come as often as their density says, for every model. */
 #include "made_models.h"
+#include "made_table.h"
 #include "near.h"
-
-#include <stdlib.h>
 
 enum { RINGS = 12, SECTORS = 12, CELLS = RINGS * SECTORS, DRAWN = 20000, FINE = 12 };
 
@@ -83,6 +82,59 @@ static void test_frequencies_of(void **state)
     }
 }
 
+static void test_frequencies_of_a_table(void **state)
+{
+    (void)state;
+    const double value[] = {0.3, 0.2, 0.1, 0.25, 1.5};
+    struct random random = sam_random_at(6, 0, 0);
+    struct brdf brdf = {.table = made_table(rec_model_find("ggx"), value)};
+    assert_int_equal(rec_brdf_prepare(&brdf, NULL), STATUS_OK);
+    for (double theta = 0; theta < 1.57; theta += 0.26)
+        check_frequencies(&brdf, direction(theta, 1 + theta), &random);
+    rec_brdf_free(&brdf);
+}
+
+// Mean and variance of f cos_o / density, of all channels together.
+static void estimate(const struct brdf *table, const struct brdf *by, vec3 wi, double *mean,
+                     double *variance)
+{
+    struct random random = sam_random_at(7, 0, 0);
+    double sum = 0, sum2 = 0;
+    for (int i = 0; i < DRAWN; i++) {
+        double u[3] = {sam_uniform(&random), sam_uniform(&random), sam_uniform(&random)}, f[3];
+        vec3 wo;
+        double density = rec_brdf_sample(by, wi, u, &wo);
+        if (density == 0)
+            continue;
+        rec_brdf_eval(table, wi, wo, f);
+        double x = (f[0] + f[1] + f[2]) / 3 * wo.z / density;
+        sum += x;
+        sum2 += x * x;
+    }
+    *mean = sum / DRAWN;
+    *variance = sum2 / DRAWN - *mean * *mean;
+}
+
+// A table's own cells estimate its albedo with less noise than the lobes of the model that it was
+// made from, and without bias.
+static void test_a_table_samples_itself_best(void **state)
+{
+    (void)state;
+    const double value[] = {0.05, 0.05, 0.05, 0.5, 0.4, 0.3, 0.15, 1};
+    struct brdf lobes = {.model = rec_model_find("ggx_schlick")};
+    memcpy(lobes.value, value, sizeof value);
+    struct brdf table = {.table = made_table(lobes.model, value)};
+    assert_int_equal(rec_brdf_prepare(&table, NULL), STATUS_OK);
+    for (double theta = 0; theta < 1.5; theta += 0.35) {
+        double mean[2], variance[2];
+        estimate(&table, &table, direction(theta, 2), &mean[0], &variance[0]);
+        estimate(&table, &lobes, direction(theta, 2), &mean[1], &variance[1]);
+        assert_near(mean[0], mean[1], 4 * sqrt((variance[0] + variance[1]) / DRAWN));
+        assert_true(variance[0] <= 1.5 * variance[1]);
+    }
+    rec_brdf_free(&table);
+}
+
 int main(void)
 {
     struct CMUnitTest tests[64];
@@ -93,5 +145,7 @@ int main(void)
     for (const struct model *const *m = rec_models_by_name; *m; m++)
         tests[n++] =
             (struct CMUnitTest){(*m)->name, test_frequencies_of, NULL, NULL, (void *)(uintptr_t)*m};
+    tests[n++] = (struct CMUnitTest)cmocka_unit_test(test_frequencies_of_a_table);
+    tests[n++] = (struct CMUnitTest)cmocka_unit_test(test_a_table_samples_itself_best);
     return _cmocka_run_group_tests("sampling", tests, (size_t)n, NULL, NULL);
 }

@@ -125,22 +125,33 @@ int rec_model_size(const struct model *model);
 /* ---- any BRDF ---------------------------------------------------------------------------------
  */
 
+struct lookup;
+struct sampler;
 /** A BRDF from a file: a table, or a model with its parameters. {0} is empty; rec_brdf_free(). */
 struct brdf {
     struct merl table;  // empty where model is set
     const struct model *model;
     double value[MODEL_PARAMETERS_MAX];
+    struct lookup *lookup;    // of a table, made by rec_brdf_prepare
+    struct sampler *sampler;  // likewise
 };
-/** From a MERL table, a fits.yaml (its best fit), or a folder OUT (its brdf.binary). On success
- *  the caller owns *brdf. STATUS_IO, STATUS_FORMAT, STATUS_MEMORY. */
+/** From a MERL table, a fits.yaml (its best fit), or a folder OUT (its brdf.binary), prepared. On
+ *  success the caller owns *brdf. STATUS_IO, STATUS_FORMAT, STATUS_MEMORY. */
 enum status rec_brdf_read(struct brdf *brdf, const char *path, struct error *err);
+/** Make a brdf whose table was set by hand ready to be evaluated and sampled; the table must not
+ *  change afterwards. A model needs none. Then any number of threads may use it. STATUS_MEMORY. */
+enum status rec_brdf_prepare(struct brdf *brdf, struct error *err);
 void rec_brdf_free(struct brdf *brdf);
-/** f[3], 1/sr; 0 below the horizon. A table answers with the bin that the directions fall into. */
+/** f[3], 1/sr; 0 below the horizon. A table is interpolated between the middles of its bins,
+ *  continuously (method: lookup.c); one that is not prepared answers with the nearest bin. */
 void rec_brdf_eval(const struct brdf *brdf, vec3 wi, vec3 wo, double f[3]);
+/** The same for many pairs of directions [count], which is faster: f [count][3]. */
+void rec_brdf_eval_many(const struct brdf *brdf, const vec3 *wi, const vec3 *wo, double (*f)[3],
+                        size_t count);
 
 /** Draw wo for light from wi, in proportion to about f cos(theta_o), by three independent numbers
- *  in [0, 1). Requires wi.z > 0. Returns the density of *wo in 1/sr, that of rec_brdf_pdf; 0 where
- *  the numbers led below the horizon, and an estimate gets nothing. */
+ *  in [0, 1). Requires wi.z > 0, and a table that is prepared. Returns the density of *wo in 1/sr,
+ * that of rec_brdf_pdf; 0 where the numbers led below the horizon, and an estimate gets nothing. */
 double rec_brdf_sample(const struct brdf *brdf, vec3 wi, const double u[3], vec3 *wo);
 /** The density with which rec_brdf_sample draws wo, 1/sr: it integrates to 1 less what is drawn
  *  below the horizon, and is above 0 wherever f is. */
