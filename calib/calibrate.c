@@ -1,5 +1,4 @@
 /* calibrate.c -- the order of calibration: geometry, sample, lamps, pictures. */
-#include "geometry.h"
 #include "lamp.h"
 #include "overlay.h"
 #include "solid_place.h"
@@ -31,8 +30,6 @@ static enum status start_sample(struct calibration *c, struct solid_prior *prior
                                 struct error *err)
 {
     const struct sample_place *nominal = &capture->sample;
-    if (nominal->shape == SHAPE_NONE)
-        return cap_fail(err, STATUS_DATA, "%s: no `sample` in capture.yaml", capture->folder);
     if (nominal->shape == SHAPE_SPHERE)
         return cal_sphere_start(c, capture, out, run, err);
     enum status status = STATUS_OK;
@@ -75,18 +72,37 @@ static enum status find_sample_and_lamps(struct calibration *c, const struct cap
     return status;
 }
 
+/** The capture with its tags where they were found. They are those of *board, [calibration->tags].
+ */
+static struct capture with_board(const struct capture *capture, struct tag_place *board,
+                                 const struct calibration *c)
+{
+    struct capture placed = *capture;
+    for (int i = 0; i < c->tags; i++)
+        board[i] = c->tag[i].place;
+    placed.tag = board;
+    placed.tags = c->tags;
+    return placed;
+}
+
 enum status cal_calibrate(struct calibration *calibration, const struct capture *capture,
                           const char *out, const bool *usable, struct run *run, struct error *err)
 {
     struct calibration c = {0};
+    struct tag_place *board = NULL;
     enum status status = cal_geometry(&c, capture, out, usable, run, err);
-    if (!status)
-        status = find_sample_and_lamps(&c, capture, out, run, err);
+    if (!status && !(board = calloc((size_t)c.tags + 1, sizeof *board)))
+        status = cap_fail(err, STATUS_MEMORY, "%d tags", c.tags);
     if (!status) {
+        const struct capture placed = with_board(capture, board, &c);
+        if (capture->sample.shape != SHAPE_NONE)
+            status = find_sample_and_lamps(&c, &placed, out, run, err);
         cap_stage(run, "overlays", c.views);
-        status = cal_overlay(&c, capture, out, run, err);
+        if (!status)
+            status = cal_overlay(&c, &placed, out, run, err);
     }
     cap_stage(run, "", 0);
+    free(board);
     if (status)
         cal_calibration_free(&c);
     else

@@ -20,6 +20,8 @@ void cal_calibration_free(struct calibration *c)
     free(c->camera);
     free(c->view);
     free(c->lamp);
+    free(c->family);
+    free(c->tag);
     free(c->surroundings.glow);
     free(c->sample.file);
     cal_mesh_free(c->sample.mesh);
@@ -54,12 +56,22 @@ struct sample_node {
         outline_rms_px;
     int outline_edges;
 };
+struct board_tag_node {
+    int id, shots;
+    double size, center[3], x_axis[3], y_axis[3], sigma_center[3], sigma_turn[3], rms_px;
+};
+struct board_node {
+    char *family;
+    struct board_tag_node *tag;
+    int tags;
+};
 struct root_node {
     int goniocam;
     struct camera *camera;
     struct shot_node *shot;
     struct light_node *light;
     struct sample_node *sample;
+    struct board_node *board;
     int cameras, shots, lights;
 };
 
@@ -155,6 +167,22 @@ static const cyaml_schema_field_t sample_fields[] = {
     NUMBER(MAY, sample_node, outline_rms_px),
     CYAML_FIELD_INT("outline_edges", MAY, struct sample_node, outline_edges),
     CYAML_FIELD_END};
+static const cyaml_schema_field_t board_tag_fields[] = {
+    CYAML_FIELD_INT("id", NEED, struct board_tag_node, id),
+    NUMBER(NEED, board_tag_node, size),
+    NUMBERS(NEED, board_tag_node, center, 3),
+    NUMBERS(NEED, board_tag_node, x_axis, 3),
+    NUMBERS(NEED, board_tag_node, y_axis, 3),
+    NUMBERS(MAY, board_tag_node, sigma_center, 3),
+    NUMBERS(MAY, board_tag_node, sigma_turn, 3),
+    CYAML_FIELD_INT("shots", MAY, struct board_tag_node, shots),
+    NUMBER(MAY, board_tag_node, rms_px),
+    CYAML_FIELD_END};
+static const cyaml_schema_value_t board_tag_value = {
+    CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct board_tag_node, board_tag_fields)};
+static const cyaml_schema_field_t board_fields[] = {
+    TEXT(NEED, board_node, family), LIST("tags", NEED, board_node, tag, &board_tag_value),
+    CYAML_FIELD_END};
 static const cyaml_schema_value_t camera_value = {
     CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct camera, camera_fields)};
 static const cyaml_schema_value_t shot_value = {
@@ -168,6 +196,8 @@ static const cyaml_schema_field_t root_fields[] = {
     LIST("lights", NEED, root_node, light, &light_value),
     CYAML_FIELD_MAPPING_PTR("sample", CYAML_FLAG_OPTIONAL | CYAML_FLAG_POINTER, struct root_node,
                             sample, sample_fields),
+    CYAML_FIELD_MAPPING_PTR("board", CYAML_FLAG_OPTIONAL | CYAML_FLAG_POINTER, struct root_node,
+                            board, board_fields),
     CYAML_FIELD_END};
 static const cyaml_schema_value_t root_value = {
     CYAML_VALUE_MAPPING(CYAML_FLAG_POINTER, struct root_node, root_fields)};
@@ -333,6 +363,33 @@ static enum status take_sample(struct calibration *c, struct root_node *root, st
     return cal_sample_load(&c->sample, err);
 }
 
+static enum status take_board(struct calibration *c, struct root_node *root, struct error *err)
+{
+    struct board_node *board = root->board;
+    if (!board)
+        return STATUS_OK;
+    c->family = take(&board->family);
+    c->tag = calloc((size_t)board->tags + 1, sizeof *c->tag);
+    if (!c->tag)
+        return cap_fail(err, STATUS_MEMORY, "%d tags", board->tags);
+    for (int i = 0; i < board->tags; i++) {
+        const struct board_tag_node *node = board->tag + i;
+        struct board_tag *tag = c->tag + c->tags++;
+        tag->place = (struct tag_place){.id = node->id,
+                                        .size = node->size,
+                                        .center = vec3_of(node->center),
+                                        .x_axis = vec3_of(node->x_axis),
+                                        .y_axis = vec3_of(node->y_axis)};
+        memcpy(tag->sigma_center, node->sigma_center, sizeof tag->sigma_center);
+        memcpy(tag->sigma_turn, node->sigma_turn, sizeof tag->sigma_turn);
+        tag->views = node->shots;
+        tag->rms_px = node->rms_px;
+        if (!(node->size > 0))
+            return cap_fail(err, STATUS_FORMAT, "board: tag %d: size must be above 0", node->id);
+    }
+    return STATUS_OK;
+}
+
 // ---- reading
 
 // What libcyaml complains of: its first message, and of the backtrace that follows, innermost place
@@ -379,6 +436,8 @@ static enum status take_all(struct calibration *c, struct root_node *root, struc
         status = take_shots(c, root, err);
     if (!status)
         status = take_sample(c, root, err);
+    if (!status)
+        status = take_board(c, root, err);
     return status;
 }
 

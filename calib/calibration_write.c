@@ -154,6 +154,31 @@ static void write_sample(struct yaml_out *out, const struct sample *s)
     cap_yaml_close(out);
 }
 
+static void write_board(struct yaml_out *out, const struct calibration *c)
+{
+    if (!c->family)
+        return;
+    cap_yaml_map(out, "board");
+    cap_yaml_text(out, "family", c->family);
+    cap_yaml_list(out, "tags");
+    for (int i = 0; i < c->tags; i++) {
+        const struct board_tag *tag = c->tag + i;
+        cap_yaml_flow_map(out, NULL);
+        cap_yaml_int(out, "id", tag->place.id);
+        cap_yaml_number(out, "size", tag->place.size);
+        write_vec3(out, "center", tag->place.center);
+        write_vec3(out, "x_axis", tag->place.x_axis);
+        write_vec3(out, "y_axis", tag->place.y_axis);
+        numbers_if_known(out, "sigma_center", tag->sigma_center, 3);
+        numbers_if_known(out, "sigma_turn", tag->sigma_turn, 3);
+        cap_yaml_int(out, "shots", tag->views);
+        number_if_known(out, "rms_px", tag->rms_px);
+        cap_yaml_close(out);
+    }
+    cap_yaml_close(out);
+    cap_yaml_close(out);
+}
+
 // Views in the order of their names, as people look for them.
 static const struct view *next_by_name(const struct calibration *c, const struct view *last)
 {
@@ -187,5 +212,6 @@ enum status cal_calibration_write(const struct calibration *c, const char *path,
         write_lamp(out, c->lamp + i);
     cap_yaml_close(out);
     write_sample(out, &c->sample);
+    write_board(out, c);
     return cap_yaml_end(out, true, err);
 }

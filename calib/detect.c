@@ -153,29 +153,42 @@ static bool search(struct detector *d, const struct radiance *map, float white, 
     return kept;
 }
 
-// The tags of a capture among what is in sight; -> how many.
+static bool is_named(const struct capture *capture, int id)
+{
+    for (int place = 0; place < capture->tags; place++)
+        if (capture->tag[place].id == id)
+            return true;
+    return false;
+}
+
+// The tags of a capture among what is in sight, the surest of each id; -> how many. found has room
+// for all in sight.
 static int choose(const struct sights *sights, const struct capture *capture,
                   struct detection *found)
 {
     int count = 0;
-    for (int place = 0; place < capture->tags; place++) {
-        struct detection best = {.place = place, .margin = -1};
-        int seen = 0;
-        for (int i = 0; i < sights->count; i++) {
-            const struct sight *s = sights->sight + i;
-            if (s->id != capture->tag[place].id)
-                continue;
-            seen++;
-            if (s->margin > best.margin) {
-                best.margin = s->margin;
-                memcpy(best.corner, s->corner, sizeof best.corner);
-            }
+    for (int i = 0; i < sights->count; i++) {
+        const struct sight *s = sights->sight + i;
+        struct detection *d = found;
+        if (!(capture->tag_size > 0) && !is_named(capture, s->id))
+            continue;
+        while (d < found + count && d->id != s->id)
+            d++;
+        bool again = d < found + count;
+        if (!again)
+            found[count++] = (struct detection){.id = s->id, .margin = -1};
+        d->twice = again;
+        if (s->margin > d->margin) {
+            d->margin = s->margin;
+            memcpy(d->corner, s->corner, sizeof d->corner);
         }
-        best.twice = seen > 1;
-        if (seen)
-            found[count++] = best;
     }
     return count;
+}
+
+static int compare_ids(const void *a, const void *b)
+{
+    return ((const struct detection *)a)->id - ((const struct detection *)b)->id;
 }
 
 // The passes over a map whose bright level is white, the fastest first.
@@ -190,21 +203,41 @@ static bool pass(struct detector *d, const struct radiance *map, float white, in
     return search(d, map, table[i].white * white, table[i].encoded, table[i].decimate, sights);
 }
 
+// Enough of the board is found for the rest to follow from the pose; of a board that is not known,
+// full resolution tells what is there.
+static bool enough(const struct capture *capture, int count, int passes)
+{
+    if (capture->tag_size > 0)
+        return passes >= 2 && count > 0;
+    return passes > 0 && count >= (capture->tags + 1) / 2;
+}
+
 enum status detector_find(struct detector *d, const struct capture *capture,
-                          const struct radiance *map, struct detection *found, int *count,
+                          const struct radiance *map, struct detection **found, int *count,
                           struct error *err)
 {
     struct sights sights = {0};
+    struct detection *chosen = NULL;
     float white = bright_level(map);
     bool done = true;
-    *count = 0;
-    for (int i = 0; i < PASSES && done && white > 0 && *count < (capture->tags + 1) / 2; i++) {
+    int n = 0;
+    for (int i = 0; i < PASSES && done && white > 0 && !enough(capture, n, i); i++) {
         done = pass(d, map, white, i, &sights);
-        *count = choose(&sights, capture, found);
+        struct detection *grown = realloc(chosen, (size_t)(sights.count + 1) * sizeof *grown);
+        done = done && grown;
+        chosen = grown ? grown : chosen;
+        n = done ? choose(&sights, capture, chosen) : 0;
     }
     free(sights.sight);
-    return done ? STATUS_OK
-                : cap_fail(err, STATUS_MEMORY, "%d x %d pixels", map->width, map->height);
+    if (!done) {
+        free(chosen);
+        return cap_fail(err, STATUS_MEMORY, "%d x %d pixels", map->width, map->height);
+    }
+    if (n > 0)
+        qsort(chosen, (size_t)n, sizeof *chosen, compare_ids);
+    *found = chosen;
+    *count = n;
+    return STATUS_OK;
 }
 
 enum status detector_all(struct detector *d, const struct radiance *map, int id,

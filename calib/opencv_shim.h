@@ -15,6 +15,13 @@ extern "C" {
 enum status opencv_pose(pose *view_from_world, double *rms, double (*point)[3],
                         double (*normalised)[2], int count, struct error *err);
 
+/** The two poses of a square of that side in the camera's frame (p_view = R p_tag + t, its corners
+ *  at +-side/2, its z towards the viewer) from its four corners, in the order of struct seen_tag:
+ *  the better one first (IPPE: T. Collins and A. Bartoli, "Infinitesimal Plane-Based Pose
+ *  Estimation", 2014). STATUS_SOLVER. */
+enum status opencv_square(pose view_from_tag[2], double side, double (*normalised)[2],
+                          struct error *err);
+
 #ifdef __cplusplus
 }
 #endif

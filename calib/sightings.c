@@ -6,6 +6,7 @@
 #include "detect.h"
 #include "view_map.h"
 
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -65,9 +66,10 @@ static enum status rows_join(struct sightings *list, struct row *row, int rows, 
 
 // ---- detection
 
+// A sighting by id: which place that is, is known when all shots are.
 static struct sighting detected(int view, const struct detection *d)
 {
-    struct sighting s = {.view = view, .place = d->place};
+    struct sighting s = {.view = view, .place = d->id};
     memcpy(s.corner, d->corner, sizeof s.corner);
     for (int i = 0; i < 8; i++)
         s.covariance[i][i] = detected_sigma * detected_sigma;
@@ -75,22 +77,24 @@ static struct sighting detected(int view, const struct detection *d)
 }
 
 static void detect_shot(struct row *row, struct detector *detector, int shot,
-                        const struct capture *capture, const char *out, struct run *run)
+                        const struct capture *board, const char *out, struct run *run)
 {
     struct radiance map = {0};
-    const struct view view = {.name = capture->shot[shot].name};
-    struct detection *found = calloc((size_t)capture->tags, sizeof *found);
+    const struct view view = {.name = board->shot[shot].name};
+    struct detection *found = NULL;
     int count = 0;
-    if (!found)
-        row->status = cap_fail(&row->error, STATUS_MEMORY, "%d tags", capture->tags);
+    row->status = cal_view_map(&map, out, &view, &row->error);
     if (!row->status)
-        row->status = cal_view_map(&map, out, &view, &row->error);
-    if (!row->status)
-        row->status = detector_find(detector, capture, &map, found, &count, &row->error);
+        row->status = detector_find(detector, board, &map, &found, &count, &row->error);
+    struct sighting *room = realloc(row->sighting, (size_t)(count + 1) * sizeof *room);
+    if (room)
+        row->sighting = room;
+    else if (!row->status)
+        row->status = cap_fail(&row->error, STATUS_MEMORY, "%d tags", count);
     for (int k = 0; !row->status && k < count; k++) {
         if (found[k].twice)
             cap_warn(run, "%s: two tags with id %d are in the picture: neither is used there",
-                     view.name, capture->tag[found[k].place].id);
+                     view.name, found[k].id);
         else
             row->sighting[row->count++] = detected(shot, found + k);
     }
@@ -98,29 +102,86 @@ static void detect_shot(struct row *row, struct detector *detector, int shot,
     free(found);
 }
 
-enum status sightings_detect(struct sightings *list, const struct capture *capture, const char *out,
+// The place of an id, or -1.
+static int place_of(const struct capture *board, int id)
+{
+    for (int i = 0; i < board->tags; i++)
+        if (board->tag[i].id == id)
+            return i;
+    return -1;
+}
+
+// Add tags that the board does not name, the lowest id first. One shot's word alone is not taken:
+// chance makes tags of shadows and print.
+static enum status add_tags(struct capture *board, const struct sightings *list, struct error *err)
+{
+    int id = -1;
+    for (;;) {
+        int next = INT_MAX, shots = 0;
+        for (int i = 0; i < list->count; i++)
+            if (list->sighting[i].place > id && list->sighting[i].place < next)
+                next = list->sighting[i].place;
+        if (next == INT_MAX)
+            return STATUS_OK;
+        id = next;
+        for (int i = 0; i < list->count; i++)
+            shots += list->sighting[i].place == id;
+        if (shots < 2 || place_of(board, id) >= 0)
+            continue;
+        struct tag_place *grown =
+            realloc(board->tag, (size_t)(board->tags + 1) * sizeof *board->tag);
+        if (!grown)
+            return cap_fail(err, STATUS_MEMORY, "%d tags", board->tags);
+        board->tag = grown;
+        board->tag[board->tags++] = (struct tag_place){.id = id,
+                                                       .size = board->tag_size,
+                                                       .x_axis = {1, 0, 0},
+                                                       .y_axis = {0, 1, 0},
+                                                       .unplaced = true};
+    }
+}
+
+// From ids to places; tags that have none are dropped.
+static void name_places(struct sightings *list, const struct capture *board)
+{
+    int kept = 0;
+    for (int i = 0; i < list->count; i++) {
+        struct sighting s = list->sighting[i];
+        s.place = place_of(board, s.place);
+        if (s.place >= 0)
+            list->sighting[kept++] = s;
+    }
+    list->count = kept;
+}
+
+enum status sightings_detect(struct sightings *list, struct capture *board, const char *out,
                              const bool *usable, struct run *run, struct error *err)
 {
-    struct row *row = rows_make(capture->shots, capture->tags, err);
+    struct row *row = rows_make(board->shots, 0, err);
     if (!row)
         return STATUS_MEMORY;
-    cap_stage(run, "finding tags", capture->shots);
+    cap_stage(run, "finding tags", board->shots);
 #pragma omp parallel num_threads(run->threads)
     {
         struct detector detector = {0};
         struct error error = {0};
-        enum status status = detector_begin(&detector, capture->family, &error);
+        enum status status = detector_begin(&detector, board->family, &error);
 #pragma omp for schedule(dynamic, 1)
-        for (int i = 0; i < capture->shots; i++) {
+        for (int i = 0; i < board->shots; i++) {
             if (status && !row[i].status)
                 row[i].status = cap_fail(&row[i].error, status, "%s", error.text);
             if (!row[i].status && (!usable || usable[i]))
-                detect_shot(row + i, &detector, i, capture, out, run);
+                detect_shot(row + i, &detector, i, board, out, run);
             cap_step(run);
         }
         detector_end(&detector);
     }
-    return rows_join(list, row, capture->shots, err);
+    enum status status = rows_join(list, row, board->shots, err);
+    if (!status && board->tag_size > 0)
+        status = add_tags(board, list, err);
+    if (!status)
+        name_places(list, board);
+    return status;
 }
 
 // ---- refinement
@@ -130,6 +191,8 @@ static bool expected(double corner[4][2], const struct calibration *c, int view,
                      const struct tag_place *tag)
 {
     const struct view *v = c->view + view;
+    if (!bundle_placed(tag))
+        return false;
     for (int k = 0; k < 4; k++) {
         vec3 p = cal_to_view(v->view_from_world, cap_tag_corner(tag, k));
         if (!(p.z > 0))

@@ -11,9 +11,11 @@ struct sightings {
 };
 
 /** Detect the tags of all shots that have a map (usable NULL: all). In the result, `view` of a
- *  sighting is the shot's index. In order of shots, then places. STATUS_IO, STATUS_MEMORY,
- *  STATUS_DATA (no such family or tag). On success the caller owns list->sighting. */
-enum status sightings_detect(struct sightings *list, const struct capture *capture, const char *out,
+ *  sighting is the shot's index. In order of shots, then ids. With board->tag_size, tags that two
+ *  shots or more show and the board does not name are added to board->tag (grown by realloc),
+ *  unplaced. STATUS_IO, STATUS_MEMORY, STATUS_DATA (no such family or tag). On success the caller
+ *  owns list->sighting. */
+enum status sightings_detect(struct sightings *list, struct capture *board, const char *out,
                              const bool *usable, struct run *run, struct error *err);
 
 /** Fit every tag of the board in every view, from where it was detected (*list, of indices of

@@ -14,42 +14,34 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Corners of one view, as OpenCV wants them.
-struct corners {
-    double (*point)[3], (*normalised)[2];
-    int count;
-};
-
-static enum status corners_make(struct corners *c, const struct capture *capture, struct error *err)
+enum status start_corners_make(struct start_corners *c, const struct bundle *b, struct error *err)
 {
-    size_t n = 4 * (size_t)capture->tags + 1;
-    *c = (struct corners){.point = calloc(n, sizeof *c->point),
-                          .normalised = calloc(n, sizeof *c->normalised)};
+    size_t n = 4 * (size_t)b->capture->tags + 1;
+    *c = (struct start_corners){.point = calloc(n, sizeof *c->point),
+                                .normalised = calloc(n, sizeof *c->normalised)};
     if (c->point && c->normalised)
         return STATUS_OK;
-    free(c->point);
-    free(c->normalised);
-    *c = (struct corners){0};
-    return cap_fail(err, STATUS_MEMORY, "%d tags", capture->tags);
+    start_corners_free(c);
+    return cap_fail(err, STATUS_MEMORY, "%d tags", b->capture->tags);
 }
 
-static void corners_free(struct corners *c)
+void start_corners_free(struct start_corners *c)
 {
     free(c->point);
     free(c->normalised);
-    *c = (struct corners){0};
+    *c = (struct start_corners){0};
 }
 
-static void corners_of(struct corners *c, const struct bundle *b, int view,
-                       const struct camera *camera)
+void start_corners_of(struct start_corners *c, const struct bundle *b,
+                      const struct tag_place *place, int view, const struct camera *camera)
 {
     c->count = 0;
     for (int i = 0; i < b->sightings; i++) {
         const struct sighting *s = b->sighting + i;
-        if (s->view != view)
+        if (s->view != view || !bundle_placed(place + s->place))
             continue;
         for (int k = 0; k < 4; k++) {
-            vec3 p = cap_tag_corner(b->capture->tag + s->place, k), ray;
+            vec3 p = cap_tag_corner(place + s->place, k), ray;
             ray = cal_ray(camera, s->corner[k]);
             memcpy(c->point[c->count], &p, sizeof p);
             c->normalised[c->count][0] = ray.x / ray.z;
@@ -65,88 +57,141 @@ static int compare_doubles(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-// Poses of all views of a camera; the median over views of their rms, in pixels.
-static enum status poses_of(const struct bundle *b, int index, const struct camera *camera,
-                            pose *poses, double *rms, double *median, struct corners *corners,
+// A search for the focal length of one camera, and the poses of its views.
+struct search {
+    const struct bundle *bundle;
+    const struct tag_place *place;
+    int camera;
+    struct start_corners corners;
+    pose *pose;  // [views]
+    bool *posed;
+    double *rms;
+};
+
+static void search_free(struct search *s)
+{
+    start_corners_free(&s->corners);
+    free(s->pose);
+    free(s->posed);
+    free(s->rms);
+}
+
+static enum status search_make(struct search *s, struct error *err)
+{
+    size_t views = (size_t)s->bundle->calibration->views + 1;
+    s->pose = calloc(views, sizeof *s->pose);
+    s->posed = calloc(views, sizeof *s->posed);
+    s->rms = calloc(views, sizeof *s->rms);
+    if (!s->pose || !s->posed || !s->rms)
+        return cap_fail(err, STATUS_MEMORY, "%zu views", views);
+    return start_corners_make(&s->corners, s->bundle, err);
+}
+
+// Poses of all views of the camera; the median over views of their rms, in pixels.
+static enum status poses_of(struct search *s, const struct camera *camera, double *median,
                             struct error *err)
 {
-    const struct calibration *c = b->calibration;
+    const struct calibration *c = s->bundle->calibration;
     int n = 0;
     for (int v = 0; v < c->views; v++) {
-        if (c->view[v].camera != index)
+        s->posed[v] = false;
+        if (c->view[v].camera != s->camera)
             continue;
-        corners_of(corners, b, v, camera);
+        start_corners_of(&s->corners, s->bundle, s->place, v, camera);
+        if (s->corners.count < 4)
+            continue;
         struct error why = {0};
-        if (opencv_pose(poses + v, rms + n, corners->point, corners->normalised, corners->count,
-                        &why))
+        if (opencv_pose(s->pose + v, s->rms + n, s->corners.point, s->corners.normalised,
+                        s->corners.count, &why))
             return cap_fail(err, why.status, "%s: %s", c->view[v].name, why.text);
-        rms[n++] *= camera->focal[0];
+        s->rms[n++] *= camera->focal[0];
+        s->posed[v] = true;
     }
-    qsort(rms, (size_t)n, sizeof *rms, compare_doubles);
-    *median = n ? rms[n / 2] : 0;
+    qsort(s->rms, (size_t)n, sizeof *s->rms, compare_doubles);
+    *median = n ? s->rms[n / 2] : 0;
     return STATUS_OK;
 }
 
-static enum status scan_focal(const struct bundle *b, int index, pose *poses, double *rms,
-                              struct corners *corners, struct error *err)
+static void take_poses(const struct search *s)
 {
-    struct camera *camera = b->calibration->camera + index;
+    struct calibration *c = s->bundle->calibration;
+    for (int v = 0; v < c->views; v++)
+        if (s->posed[v])
+            c->view[v].view_from_world = s->pose[v];
+}
+
+void start_pinhole(struct camera *camera, double focal_px)
+{
+    camera->focal[0] = camera->focal[1] = focal_px;
+    camera->center[0] = 0.5 * (camera->width - 1);
+    camera->center[1] = 0.5 * (camera->height - 1);
+    memset(camera->distortion, 0, sizeof camera->distortion);
+}
+
+static enum status scan_focal(struct search *s, struct error *err)
+{
+    struct camera *camera = s->bundle->calibration->camera + s->camera;
     double longest = fmax(camera->width, camera->height), best = INFINITY;
     // Half the image's width is a view of 90 degrees; 16 times, of 3.6 degrees.
     for (double f = 0.5; f < 16; f *= 1.25) {
         struct camera trial = *camera;
         double median = INFINITY;
-        trial.focal[0] = trial.focal[1] = f * longest;
-        trial.center[0] = 0.5 * (camera->width - 1);
-        trial.center[1] = 0.5 * (camera->height - 1);
-        memset(trial.distortion, 0, sizeof trial.distortion);
-        enum status status = poses_of(b, index, &trial, poses, rms, &median, corners, err);
+        start_pinhole(&trial, f * longest);
+        enum status status = poses_of(s, &trial, &median, err);
         if (status)
             return status;
         if (!(median < best))
             continue;
         best = median;
         *camera = trial;
-        for (int v = 0; v < b->calibration->views; v++)
-            if (b->calibration->view[v].camera == index)
-                b->calibration->view[v].view_from_world = poses[v];
+        take_poses(s);
     }
     return STATUS_OK;
 }
 
+enum status start_camera(const struct bundle *b, const struct tag_place *place, int camera,
+                         struct error *err)
+{
+    struct search s = {.bundle = b, .place = place, .camera = camera};
+    bool known = b->prior && isfinite(b->prior[camera].sigma[0]);
+    double median;
+    enum status status = search_make(&s, err);
+    if (!status && known)
+        status = poses_of(&s, b->calibration->camera + camera, &median, err);
+    if (!status && known)
+        take_poses(&s);
+    if (!status && !known)
+        status = scan_focal(&s, err);
+    search_free(&s);
+    return status;
+}
+
 enum status start_cameras(const struct bundle *b, struct error *err)
 {
-    struct corners corners = {0};
-    size_t views = (size_t)b->calibration->views + 1;
-    pose *poses = calloc(views, sizeof *poses);
-    double *rms = calloc(views, sizeof *rms);
-    enum status status = corners_make(&corners, b->capture, err);
-    if (!status && (!poses || !rms))
-        status = cap_fail(err, STATUS_MEMORY, "%zu views", views);
+    enum status status = STATUS_OK;
     for (int i = 0; !status && i < b->calibration->cameras; i++)
-        status = scan_focal(b, i, poses, rms, &corners, err);
-    corners_free(&corners);
-    free(poses);
-    free(rms);
+        status = start_camera(b, b->capture->tag, i, err);
     return status;
 }
 
 enum status start_poses_again(const struct bundle *b, struct error *err)
 {
-    struct corners corners = {0};
-    enum status status = corners_make(&corners, b->capture, err);
+    struct start_corners corners = {0};
+    enum status status = start_corners_make(&corners, b, err);
     for (int v = 0; !status && v < b->calibration->views; v++) {
         struct view *view = b->calibration->view + v;
         pose before = view->view_from_world, again;
         double rms = bundle_rms(b, v, 0), ignored;
-        corners_of(&corners, b, v, b->calibration->camera + view->camera);
-        if (opencv_pose(&again, &ignored, corners.point, corners.normalised, corners.count, NULL))
+        start_corners_of(&corners, b, b->capture->tag, v, b->calibration->camera + view->camera);
+        if (corners.count < 4
+            || opencv_pose(&again, &ignored, corners.point, corners.normalised, corners.count,
+                           NULL))
             continue;  // the pose that is there stays
         view->view_from_world = again;
         double new_rms = bundle_rms(b, v, 0);
         if (!(new_rms > 0 && new_rms < rms))
             view->view_from_world = before;
     }
-    corners_free(&corners);
+    start_corners_free(&corners);
     return status;
 }

@@ -242,6 +242,19 @@ static enum status assign_lights(struct capture *capture, const struct capture_y
     return STATUS_OK;
 }
 
+/* Which photographs are those of which camera of capture.yaml: the first that selects them. */
+static void assign_cameras(struct capture *capture, const struct capture_yaml_root *root)
+{
+    for (int i = 0; i < capture->photos; i++) {
+        struct photo *photo = &capture->photo[i];
+        photo->given = -1;
+        for (unsigned k = 0; k < root->cameras && photo->given < 0; k++)
+            if (root->camera[k].photos == 0
+                || capture_yaml_matches(root->camera[k].photo, root->camera[k].photos, photo->name))
+                photo->given = (int)k;
+    }
+}
+
 static enum status fill(struct capture *capture, const struct capture_yaml *yaml, struct run *run,
                         struct error *err)
 {
@@ -254,6 +267,8 @@ static enum status fill(struct capture *capture, const struct capture_yaml *yaml
         status = apply_overrides(capture, yaml, err);
     if (!status)
         status = assign_lights(capture, yaml, err);
+    if (!status)
+        assign_cameras(capture, yaml->root);
     if (!status)
         status = shots_group(capture, yaml, err);
     if (!status)
@@ -322,6 +337,9 @@ void cap_capture_free(struct capture *capture)
     }
     for (int i = 0; i < capture->cameras; i++)
         free(capture->camera[i].name);
+    for (int i = 0; i < capture->givens; i++)
+        free(capture->given[i].file);
+    free(capture->given);
     free(capture->folder);
     free(capture->family);
     free(capture->tag);

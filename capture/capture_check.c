@@ -8,9 +8,6 @@
 #include <string.h>
 #include <unistd.h>
 
-// A ruler and a pocket calculator give axes to three digits.
-static const double axis_tolerance = 1e-3;
-
 static vec3 vec3_of(const double v[3])
 {
     return (vec3){v[0], v[1], v[2]};
@@ -21,63 +18,18 @@ static bool is_there(const struct capture_yaml *yaml, const char *path)
     return yaml_source_line(&yaml->source, path) > 0;
 }
 
-/* path.key as a unit vector; where it is absent, fallback. */
-static enum status take_axis(vec3 *axis, const struct capture_yaml *yaml, const char *path,
-                             const double given[3], vec3 fallback, struct error *err)
+enum status capture_check_axis(vec3 *axis, const struct capture_yaml *yaml, const char *path,
+                               const double given[3], vec3 fallback, struct error *err)
 {
     *axis = fallback;
     if (!is_there(yaml, path))
         return STATUS_OK;
     vec3 v = vec3_of(given);
-    if (!(fabs(vec3_length(v) - 1) <= axis_tolerance))
+    if (!(fabs(vec3_length(v) - 1) <= CAPTURE_AXIS_TOLERANCE))
         return yaml_source_fail(&yaml->source, err, path, "this axis has length %g, not 1",
                                 vec3_length(v));
     *axis = vec3_normalize(v);
     return STATUS_OK;
-}
-
-static enum status check_tag(struct tag_place *tag, const struct capture_yaml *yaml, unsigned i,
-                             struct error *err)
-{
-    const struct yaml_tag *given = &yaml->root->board->tag[i];
-    char path[64];
-    snprintf(path, sizeof path, "board.tags[%u].size", i);
-    if (!(given->size > 0))
-        return yaml_source_fail(&yaml->source, err, path, "has to be positive");
-    *tag =
-        (struct tag_place){.id = given->id, .size = given->size, .center = vec3_of(given->center)};
-    snprintf(path, sizeof path, "board.tags[%u].id", i);
-    if (given->id < 0)
-        return yaml_source_fail(&yaml->source, err, path, "ids of tags are not negative");
-    for (unsigned k = 0; k < i; k++)
-        if (yaml->root->board->tag[k].id == given->id)
-            return yaml_source_fail(&yaml->source, err, path, "tag %d stands here twice",
-                                    given->id);
-    snprintf(path, sizeof path, "board.tags[%u].x_axis", i);
-    enum status status = take_axis(&tag->x_axis, yaml, path, given->x_axis, (vec3){1, 0, 0}, err);
-    snprintf(path, sizeof path, "board.tags[%u].y_axis", i);
-    if (!status)
-        status = take_axis(&tag->y_axis, yaml, path, given->y_axis, (vec3){0, 1, 0}, err);
-    if (!status && !(fabs(vec3_dot(tag->x_axis, tag->y_axis)) <= axis_tolerance))
-        status = yaml_source_fail(&yaml->source, err, path, "is not at right angles to x_axis");
-    return status;
-}
-
-static enum status check_board(struct capture *capture, const struct capture_yaml *yaml,
-                               struct error *err)
-{
-    const struct yaml_board *board = yaml->root->board;
-    if (!board)
-        return STATUS_OK;
-    capture->family = strdup(board->family);
-    capture->tag = calloc(board->tags, sizeof *capture->tag);
-    if (!capture->family || !capture->tag)
-        return cap_fail(err, STATUS_MEMORY, "%s", yaml->source.file);
-    capture->tags = (int)board->tags;
-    enum status status = STATUS_OK;
-    for (unsigned i = 0; i < board->tags && !status; i++)
-        status = check_tag(&capture->tag[i], yaml, i, err);
-    return status;
 }
 
 // A caliper gives a radius to half a percent: where `radius_sigma` does not say otherwise.
@@ -143,7 +95,8 @@ static enum status check_sample(struct capture *capture, const struct capture_ya
     sample->radius_sigma = given->radius_sigma > 0 ? given->radius_sigma : CALIPER * given->radius;
     sample->height = cylinder ? given->height : 0;
     sample->center = vec3_of(given->center);
-    return take_axis(&sample->axis, yaml, "sample.axis", given->axis, (vec3){0, 0, 1}, err);
+    return capture_check_axis(&sample->axis, yaml, "sample.axis", given->axis, (vec3){0, 0, 1},
+                              err);
 }
 
 /* A patch: plane to a hundredth of its size, convex, its corners in order and apart. */
@@ -291,7 +244,9 @@ enum status capture_check(struct capture *capture, const struct capture_yaml *ya
 {
     enum status status = check_supported(yaml, err);
     if (!status)
-        status = check_board(capture, yaml, err);
+        status = capture_check_board(capture, yaml, err);
+    if (!status)
+        status = capture_check_cameras(capture, yaml, err);
     if (!status)
         status = check_sample(capture, yaml, err);
     if (!status)
@@ -305,11 +260,4 @@ enum status capture_check(struct capture *capture, const struct capture_yaml *ya
     if (!status)
         status = capture_check_occluders(capture, yaml, err);
     return status;
-}
-
-vec3 cap_tag_corner(const struct tag_place *tag, int k)
-{
-    double right = k == 1 || k == 2 ? 0.5 : -0.5, up = k >= 2 ? 0.5 : -0.5;
-    return vec3_add(tag->center, vec3_add(vec3_scale(tag->x_axis, right * tag->size),
-                                          vec3_scale(tag->y_axis, up * tag->size)));
 }

@@ -30,15 +30,23 @@ static const cyaml_schema_value_t text = {
     CYAML_FIELD_MAPPING_PTR(key, (flags) | CYAML_FLAG_POINTER, struct type, member, fields)
 
 static const cyaml_schema_field_t tag_fields[] = {
-    CYAML_FIELD_INT("id", NEED, struct yaml_tag, id), NUMBER("size", NEED, yaml_tag, size),
-    POINT("center", NEED, yaml_tag, center),          POINT("x_axis", MAY, yaml_tag, x_axis),
+    CYAML_FIELD_INT("id", NEED, struct yaml_tag, id), NUMBER("size", MAY, yaml_tag, size),
+    POINT("center", MAY, yaml_tag, center),           POINT("x_axis", MAY, yaml_tag, x_axis),
     POINT("y_axis", MAY, yaml_tag, y_axis),           CYAML_FIELD_END};
 static const cyaml_schema_value_t tag = {
     CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct yaml_tag, tag_fields)};
 
-static const cyaml_schema_field_t board_fields[] = {TEXT("family", NEED, yaml_board, family),
-                                                    LIST("tags", NEED, yaml_board, tag, tags, &tag),
-                                                    CYAML_FIELD_END};
+static const cyaml_schema_field_t board_fields[] = {
+    TEXT("family", NEED, yaml_board, family), LIST("tags", MAY, yaml_board, tag, tags, &tag),
+    NUMBER("tag_size", MAY, yaml_board, tag_size),
+    NUMBER("place_sigma", MAY, yaml_board, place_sigma), CYAML_FIELD_END};
+
+static const cyaml_schema_field_t camera_fields[] = {
+    LIST("photos", MAY, yaml_camera, photo, photos, &text),
+    TEXT("intrinsics", MAY, yaml_camera, intrinsics), TEXT("use", MAY, yaml_camera, use),
+    CYAML_FIELD_END};
+static const cyaml_schema_value_t camera = {
+    CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct yaml_camera, camera_fields)};
 
 static const cyaml_schema_field_t sample_fields[] = {
     TEXT("shape", NEED, yaml_sample, shape),
@@ -105,6 +113,7 @@ static const cyaml_schema_value_t occluder = {
 
 static const cyaml_schema_field_t root_fields[] = {
     CYAML_FIELD_INT("goniocam", NEED, struct capture_yaml_root, goniocam),
+    LIST("camera", MAY, capture_yaml_root, camera, cameras, &camera),
     MAP("board", MAY, capture_yaml_root, board, board_fields),
     MAP("sample", MAY, capture_yaml_root, sample, sample_fields),
     LIST("reference", MAY, capture_yaml_root, patch, patches, &patch),
@@ -124,14 +133,30 @@ static const cyaml_schema_value_t root = {
     CYAML_VALUE_MAPPING(CYAML_FLAG_POINTER, struct capture_yaml_root, root_fields)};
 
 static const struct yaml_rules rules = {
-    .lists =
-        (const char *const[]){"reference", "photos.pattern", "lights[].photos", "shots[].photos",
-                              "overrides[].photos", "dark", "flat", "ambient", "occluders", NULL},
-    .texts = (const char *const[]){"board.family", "sample.shape", "sample.file", "photos.pattern",
-                                   "lights[].name", "lights[].photos", "lights[].frame",
-                                   "shots[].name", "shots[].photos", "overrides[].photos",
-                                   "overrides[].exposure_time", "response", "dark", "flat",
-                                   "ambient", "occluders[].shape", "occluders[].file", NULL},
+    .lists = (const char *const[]){"reference", "camera", "camera[].photos", "photos.pattern",
+                                   "lights[].photos", "shots[].photos", "overrides[].photos",
+                                   "dark", "flat", "ambient", "occluders", NULL},
+    .texts = (const char *const[]){"board.family",
+                                   "camera[].photos",
+                                   "camera[].intrinsics",
+                                   "camera[].use",
+                                   "sample.shape",
+                                   "sample.file",
+                                   "photos.pattern",
+                                   "lights[].name",
+                                   "lights[].photos",
+                                   "lights[].frame",
+                                   "shots[].name",
+                                   "shots[].photos",
+                                   "overrides[].photos",
+                                   "overrides[].exposure_time",
+                                   "response",
+                                   "dark",
+                                   "flat",
+                                   "ambient",
+                                   "occluders[].shape",
+                                   "occluders[].file",
+                                   NULL},
     .whole = (const char *const[]){"goniocam", "board.tags[].id", NULL},
 };
 

@@ -12,6 +12,12 @@ struct yaml_board {
     char *family;
     struct yaml_tag *tag;
     unsigned tags;
+    double tag_size, place_sigma;
+};
+struct yaml_camera {
+    char **photo;
+    unsigned photos;
+    char *intrinsics, *use;
 };
 struct yaml_sample {
     char *shape, *file;
@@ -62,12 +68,13 @@ struct capture_yaml {
         struct yaml_photos *photos;
         struct yaml_light *light;
         struct yaml_shot *shot;
+        struct yaml_camera *camera;
         struct yaml_override *override;
         struct yaml_noise *noise;
         struct yaml_occluder *occluder;
         char *response;
         char **dark, **flat, **ambient;
-        unsigned patches, lights, shots, overrides, darks, flats, ambients, occluders;
+        unsigned patches, lights, shots, overrides, darks, flats, ambients, occluders, cameras;
     } * root;
 };
 
@@ -81,6 +88,16 @@ bool capture_yaml_matches(char *const *glob, unsigned globs, const char *name);
  *  *capture. STATUS_FORMAT with file, line and key. */
 enum status capture_check(struct capture *capture, const struct capture_yaml *yaml,
                           struct error *err);
+/** Its parts of that: board and cameras (board_check.c). */
+enum status capture_check_board(struct capture *capture, const struct capture_yaml *yaml,
+                                struct error *err);
+enum status capture_check_cameras(struct capture *capture, const struct capture_yaml *yaml,
+                                  struct error *err);
+/** The node `path` as a unit vector; where it is absent, fallback. A ruler and a pocket calculator
+ *  give axes to three digits. */
+#define CAPTURE_AXIS_TOLERANCE 1e-3
+enum status capture_check_axis(vec3 *axis, const struct capture_yaml *yaml, const char *path,
+                               const double given[3], vec3 fallback, struct error *err);
 /** Its part of that: what stands in the way (occluders.c). */
 enum status capture_check_occluders(struct capture *capture, const struct capture_yaml *yaml,
                                     struct error *err);

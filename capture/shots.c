@@ -47,8 +47,8 @@ static bool same_camera(const struct photo *a, const struct photo *b)
 {
     return a->width == b->width && a->height == b->height && a->bits == b->bits
            && a->channels == b->channels && strcmp(a->cfa, b->cfa) == 0 && a->encoded == b->encoded
-           && a->focal_length == b->focal_length && strcmp(a->make, b->make) == 0
-           && strcmp(a->model, b->model) == 0;
+           && a->given == b->given && a->focal_length == b->focal_length
+           && strcmp(a->make, b->make) == 0 && strcmp(a->model, b->model) == 0;
 }
 
 const char *shots_difference(const struct photo *a, const struct photo *b)
@@ -287,6 +287,7 @@ static enum status find_cameras(struct capture *capture, struct error *err)
             camera->width = photo->width;
             camera->height = photo->height;
             camera->focal_length = photo->focal_length;
+            camera->given = photo->given;
             if (asprintf(&camera->name, "camera%d", capture->cameras) < 0) {
                 camera->name = NULL;
                 return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);

@@ -135,15 +135,15 @@ static void the_page_shows_its_tags(void **state)
         struct detector detector = {0};
         make("a4", families[f]);
         struct capture capture = {.tag = plan.tag, .tags = plan.tags};
-        struct detection *found = calloc((size_t)plan.tags, sizeof *found);
+        struct detection *found = NULL;
         int count = 0;
         scan(&map, scale);
         assert_int_equal(detector_begin(&detector, families[f], NULL), STATUS_OK);
-        assert_int_equal(detector_find(&detector, &capture, &map, found, &count, NULL), STATUS_OK);
+        assert_int_equal(detector_find(&detector, &capture, &map, &found, &count, NULL), STATUS_OK);
         assert_int_equal(count, plan.tags);
         for (int i = 0; i < count; i++)
             for (int k = 0; k < 4; k++) {
-                vec3 p = cap_tag_corner(&plan.tag[found[i].place], k);
+                vec3 p = cap_tag_corner(&plan.tag[found[i].id], k);
                 double x = (p.x + 0.5 * plan.paper[0]) * scale - 0.5;
                 double y = (0.5 * plan.paper[1] - p.y) * scale - 0.5;
                 assert_near(found[i].corner[k][0], x, 0.3);

@@ -146,14 +146,14 @@ static void test_detection(void **state)
     struct detector detector = {0};
     struct tag_place tag = place;
     struct capture capture = {.tag = &tag, .tags = 1};
-    struct detection found[1];
+    struct detection *found = NULL;
     double expected[4][2], mean[2] = {0};
     int count;
     load_pattern(family);
     render(&map, 0.4, 0.003);
     truth(expected);
     assert_int_equal(detector_begin(&detector, family, NULL), STATUS_OK);
-    assert_int_equal(detector_find(&detector, &capture, &map, found, &count, NULL), STATUS_OK);
+    assert_int_equal(detector_find(&detector, &capture, &map, &found, &count, NULL), STATUS_OK);
     assert_int_equal(count, 1);
     for (int k = 0; k < 4; k++)
         for (int i = 0; i < 2; i++) {
@@ -162,9 +162,16 @@ static void test_detection(void **state)
         }
     assert_near(mean[0], 0, 0.2);
     assert_near(mean[1], 0, 0.2);
+    free(found);
     tag.id = 4;  // a tag that capture.yaml does not name is not kept
-    assert_int_equal(detector_find(&detector, &capture, &map, found, &count, NULL), STATUS_OK);
+    assert_int_equal(detector_find(&detector, &capture, &map, &found, &count, NULL), STATUS_OK);
     assert_int_equal(count, 0);
+    free(found);
+    capture = (struct capture){.tag_size = 24};  // but all are, where it names a size instead
+    assert_int_equal(detector_find(&detector, &capture, &map, &found, &count, NULL), STATUS_OK);
+    assert_int_equal(count, 1);
+    assert_int_equal(found[0].id, place.id);
+    free(found);
     detector_end(&detector);
     free_map(&map);
 }

@@ -37,6 +37,14 @@ struct seen_tag {
     double corner[4][2];
 };
 
+/** A tag of the board where it is taken to be. Sigmas are 0 where capture.yaml's place was held. */
+struct board_tag {
+    struct tag_place place;
+    double sigma_turn[3], sigma_center[3];  // about the world's axes, rad; mm
+    int views;                              // in which it was used
+    double rms_px;                          // there
+};
+
 /** A shot, calibrated. The light on it is lamp.intensity * power. */
 struct view {
     char *name;  // of the shot
@@ -155,6 +163,9 @@ struct calibration {
     struct lamp *lamp;
     struct sample sample;
     int cameras, views, lamps;
+    char *family;           // of the tags, NULL: the calibration has no board
+    struct board_tag *tag;  // [tags]
+    int tags;
     struct surroundings surroundings;
 };
 
@@ -169,13 +180,31 @@ void cal_calibration_free(struct calibration *calibration);
  *  STATUS_IO, STATUS_FORMAT (file, line, key). */
 enum status cal_calibration_read(struct calibration *calibration, const char *path,
                                  struct error *err);
+/** A calibration of any program: calibration.yaml; one camera in OpenCV's YAML, or ROS's; Kalibr's
+ *  camchain (pinhole, radtan); COLMAP's text model (a folder, with the views that it has, or a
+ *  cameras.txt). Other lens models are STATUS_FORMAT. As cal_calibration_read(). */
+enum status cal_calibration_import(struct calibration *calibration, const char *path,
+                                   struct error *err);
 enum status cal_calibration_write(const struct calibration *calibration, const char *path,
                                   struct error *err);
 
+/** Find cameras, poses and the board: fills camera, view (name, camera, light, pose, sigmas, tags,
+ *  rms_px; power is 1) and the board's tags, for every usable shot (NULL: all) with enough of them.
+ *  Tags that capture.yaml does not place (tag_size) are placed by the photographs; where it places
+ *  none, the world is the frame of the tag with the lowest id: its middle, right and up. A shot in
+ *  which too few tags are found is left out with a warning that names it, and so is a tag that is
+ *  not where capture.yaml says. Reads OUT/radiance/SHOT.exr. On success the caller owns what
+ *  *calibration holds; on failure it is untouched.
+ *  STATUS_DATA: no board, an unknown family, fewer than three usable shots; STATUS_FORMAT: a file
+ *  of intrinsics; STATUS_IO; STATUS_SOLVER. */
+enum status cal_geometry(struct calibration *calibration, const struct capture *capture,
+                         const char *out, const bool *usable, struct run *run, struct error *err);
+
 /** Calibrate a merged capture: reads OUT/radiance/SHOT.exr, writes OUT/overlay/SHOT.png. usable
  *  ([shots], NULL: all) tells which shots have a map. A shot in which no tag is found, or too
- *  few, is left out with a warning. On success the caller owns *calibration.
- *  STATUS_DATA: fewer than three usable shots, no board, nothing that fixes the lamp, ... */
+ *  few, is left out with a warning. Without a sample in capture.yaml that is cal_geometry(). On
+ * success the caller owns *calibration. STATUS_DATA: fewer than three usable shots, no board,
+ * nothing that fixes the lamp, ... */
 enum status cal_calibrate(struct calibration *calibration, const struct capture *capture,
                           const char *out, const bool *usable, struct run *run, struct error *err);
 

@@ -28,6 +28,7 @@ struct tag_place {
     int id;
     double size;
     vec3 center, x_axis, y_axis;
+    bool unplaced;  // nobody measured its place: the photographs tell
 };
 /** Corner k of a tag in the world: bottom left, bottom right, top right, top left. */
 vec3 cap_tag_corner(const struct tag_place *tag, int k);
@@ -84,6 +85,7 @@ struct photo {
     char make[64], model[64], lens[64], taken[32];      // taken: "2026:11:22 10:00:00"
     int orientation;  // EXIF's 1..8, 0 unknown; told, never applied
     int light;        // index into lights, or -1
+    int given;        // index into given cameras, or -1
     int shot;         // index into shots, or -1: left out
     int missing;      // photographs right before it, by name, that cannot be read
 };
@@ -103,6 +105,13 @@ struct camera_kind {
     char *name;
     int width, height;
     double focal_length;  // mm, 0: unknown
+    int given;            // index into given, or -1
+};
+
+/** What capture.yaml says of a camera: a file of its intrinsics, held or (prior) adjusted. */
+struct camera_given {
+    char *file;  // its path, or NULL: only tells which photographs are one camera's
+    bool prior;
 };
 
 /** Names of calibration frames, in order. */
@@ -118,6 +127,8 @@ struct capture {
     char *family;  // of the tags, "tag36h11"; NULL without a board
     struct tag_place *tag;
     int tags;
+    double tag_size;     // of tags that are in the photographs and not in the list; 0: not used
+    double place_sigma;  // how well places in the list are known, mm; 0: exactly
     struct sample_place sample;
     struct patch *patch;
     struct occluder *occluder;
@@ -131,6 +142,8 @@ struct capture {
     int shots;
     struct camera_kind *camera;
     int cameras;
+    struct camera_given *given;
+    int givens;
     char *flat, *dark, *ambient;  // the first of each kind of frame, or NULL; borrowed from
     struct frame_names flat_frames, dark_frames, ambient_frames;  // all of them
     enum response response;                                       // of encoded photographs

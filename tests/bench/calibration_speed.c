@@ -84,7 +84,8 @@ static int time_bundle(const struct capture *capture)
     }
     camera.focal[0] = camera.focal[1] = 1960;
     memset(camera.distortion, 0, sizeof camera.distortion);
-    struct bundle bundle = {&c, capture, sighting, VIEWS * TAGS};
+    struct bundle bundle = {
+        .calibration = &c, .capture = capture, .sighting = sighting, .sightings = VIEWS * TAGS};
     struct error err = {0};
     double began = now();
     enum status status = bundle_adjust(&bundle, BUNDLE_CHOOSE, &err);
@@ -119,7 +120,7 @@ static int time_tags(const struct capture *capture)
                             .center = {0.5 * WIDTH, 0.5 * HEIGHT}};
     struct detector detector = {0};
     struct tag_pattern pattern[TAGS];
-    struct detection found[TAGS];
+    struct detection *found = NULL;
     struct error err = {0};
     size_t count = 3 * (size_t)WIDTH * HEIGHT;
     struct radiance map = {.width = WIDTH,
@@ -144,15 +145,16 @@ static int time_tags(const struct capture *capture)
         }
     double began = now();
     int tags = 0, fitted = 0;
-    enum status status = detector_find(&detector, capture, &map, found, &tags, &err);
+    enum status status = detector_find(&detector, capture, &map, &found, &tags, &err);
     double searched = now();
     for (int i = 0; i < tags; i++) {
         struct tag_fit fit;
-        fitted += corners_fit(&fit, pattern + found[i].place, &camera, &map, found[i].corner);
+        fitted += corners_fit(&fit, pattern + found[i].id, &camera, &map, found[i].corner);
     }
     printf("24-megapixel frame, one thread: %d of %d tags found in %.3f s, %d refined in %.3f s "
            "(asked <= 0.4 together)\n",
            tags, TAGS, searched - began, fitted, now() - searched);
+    free(found);
     detector_end(&detector);
     cap_radiance_free(&map);
     return status != STATUS_OK;
