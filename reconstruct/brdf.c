@@ -1,57 +1,18 @@
-/* brdf.c -- a BRDF from whatever file holds one. */
+/* brdf.c -- a BRDF from whatever file held one: evaluated, sampled, tabulated. */
 #include "lobes.h"
 #include "lookup.h"
 #include "reconstruct.h"
 #include "sampler.h"
 
 #include <assert.h>
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
-// Does the file begin like a MERL table? A file too short to tell does not.
-static bool looks_like_merl(const char *path)
+static enum status prepare_table(struct brdf *brdf, const struct merl *table, struct error *err)
 {
-    int32_t n[3] = {0};
-    FILE *file = fopen(path, "rb");
-    bool yes = file && fread(n, sizeof n, 1, file) == 1 && n[0] == MERL_THETA_H
-               && n[1] == MERL_THETA_D && n[2] == MERL_PHI_D;
-    if (file)
-        fclose(file);
-    return yes;
-}
-
-// Zero bytes never stand in text.
-static bool looks_like_text(const char *path)
-{
-    char start[256];
-    FILE *file = fopen(path, "rb");
-    size_t n = file ? fread(start, 1, sizeof start, file) : 0;
-    if (file)
-        fclose(file);
-    return n > 0 && !memchr(start, 0, n);
-}
-
-static enum status read_best_fit(struct brdf *brdf, const char *path, struct error *err)
-{
-    struct fits fits = {0};
-    enum status status = rec_fits_read(&fits, path, err);
-    if (!status) {
-        *brdf = (struct brdf){.model = fits.fit[0].model};
-        memcpy(brdf->value, fits.fit[0].value, sizeof brdf->value);
-    }
-    rec_fits_free(&fits);
-    return status;
-}
-
-enum status rec_brdf_prepare(struct brdf *brdf, struct error *err)
-{
-    if (!brdf->table.value)
-        return STATUS_OK;
     struct lookup *lookup = NULL;
     struct sampler *sampler = NULL;
-    enum status status = rec_lookup_make(&lookup, &brdf->table, err);
+    enum status status = rec_lookup_make(&lookup, table, err);
     if (!status)
         status = rec_sampler_make(&sampler, lookup, err);
     if (status) {
@@ -63,36 +24,18 @@ enum status rec_brdf_prepare(struct brdf *brdf, struct error *err)
     return STATUS_OK;
 }
 
-static enum status read_table(struct brdf *brdf, const char *path, struct error *err)
+enum status rec_brdf_prepare(struct brdf *brdf, struct error *err)
 {
-    struct brdf read = {0};
-    enum status status = rec_merl_read(&read.table, path, err);
+    struct merl table = {0};
+    if (brdf->table.value)
+        return prepare_table(brdf, &brdf->table, err);
+    if (!brdf->kind)
+        return STATUS_OK;
+    enum status status = rec_brdf_table(&table, brdf, 1, err);
     if (!status)
-        status = rec_brdf_prepare(&read, err);
-    if (status)
-        rec_brdf_free(&read);
-    else
-        *brdf = read;
+        status = prepare_table(brdf, &table, err);
+    rec_merl_free(&table);
     return status;
-}
-
-enum status rec_brdf_read(struct brdf *brdf, const char *path, struct error *err)
-{
-    struct stat info;
-    if (stat(path, &info) != 0)
-        return cap_fail(err, STATUS_IO, "%s: %s", path, strerror(errno));
-    if (S_ISDIR(info.st_mode)) {
-        char *table = cap_path(path, "brdf.binary");
-        enum status status = table ? read_table(brdf, table, err)
-                                   : cap_fail(err, STATUS_MEMORY, "%s: no memory", path);
-        free(table);
-        return status;
-    }
-    if (looks_like_merl(path))
-        return read_table(brdf, path, err);
-    if (looks_like_text(path))
-        return read_best_fit(brdf, path, err);
-    return cap_fail(err, STATUS_FORMAT, "%s: neither a MERL table nor a fits.yaml", path);
 }
 
 void rec_brdf_free(struct brdf *brdf)
@@ -100,6 +43,8 @@ void rec_brdf_free(struct brdf *brdf)
     rec_merl_free(&brdf->table);
     rec_lookup_free(brdf->lookup);
     rec_sampler_free(brdf->sampler);
+    if (brdf->kind)
+        brdf->kind->free(brdf->data);
     *brdf = (struct brdf){0};
 }
 
@@ -110,6 +55,10 @@ void rec_brdf_eval(const struct brdf *brdf, vec3 wi, vec3 wo, double f[3])
         return;
     if (brdf->model) {
         brdf->model->eval(brdf->value, wi, wo, f);
+        return;
+    }
+    if (brdf->kind) {
+        brdf->kind->eval(brdf->data, wi, wo, f);
         return;
     }
     if (brdf->lookup) {
@@ -126,7 +75,7 @@ void rec_brdf_eval(const struct brdf *brdf, vec3 wi, vec3 wo, double f[3])
 void rec_brdf_eval_many(const struct brdf *brdf, const vec3 *wi, const vec3 *wo, double (*f)[3],
                         size_t count)
 {
-    if (brdf->lookup)
+    if (brdf->lookup && !brdf->kind)
         rec_lookup_eval(brdf->lookup, wi, wo, f, count);
     else
         for (size_t i = 0; i < count; i++)
@@ -147,4 +96,27 @@ double rec_brdf_pdf(const struct brdf *brdf, vec3 wi, vec3 wo)
         return 0;
     return brdf->model ? rec_lobes_pdf(brdf->model, brdf->value, wi, wo)
                        : rec_sampler_density(brdf->sampler, wi, wo);
+}
+
+enum status rec_brdf_table(struct merl *table, const struct brdf *brdf, int threads,
+                           struct error *err)
+{
+    const size_t count = 3 * (size_t)MERL_BINS;
+    double *value = malloc(count * sizeof *value);
+    if (!value)
+        return cap_fail(err, STATUS_MEMORY, "no memory for a table");
+    if (brdf->table.value)
+        memcpy(value, brdf->table.value, count * sizeof *value);
+#pragma omp parallel for schedule(dynamic, 4096) num_threads(threads)
+    for (int bin = 0; bin < (brdf->table.value ? 0 : MERL_BINS); bin++) {
+        vec3 wi, wo;
+        double f[3] = {-1, -1, -1};
+        rec_directions(rec_merl_center(bin), &wi, &wo);
+        if (wi.z > 0 && wo.z > 0)
+            rec_brdf_eval(brdf, wi, wo, f);
+        for (size_t c = 0; c < 3; c++)
+            value[c * MERL_BINS + (size_t)bin] = f[c];
+    }
+    table->value = value;
+    return STATUS_OK;
 }

@@ -99,7 +99,7 @@ static bool is_folder(const char *path)
     return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
 }
 
-static enum status read_bins(struct bins *bins, const char *path, struct error *err)
+static enum status read_bins(struct bins *bins, const char *path, int threads, struct error *err)
 {
     if (is_folder(path)) {
         char *file = cap_path(path, "bins.h5");
@@ -108,11 +108,15 @@ static enum status read_bins(struct bins *bins, const char *path, struct error *
         free(file);
         return status;
     }
+    struct brdf brdf = {0};
     struct merl table = {0};
-    enum status status = rec_merl_read(&table, path, err);
+    enum status status = rec_brdf_read(&brdf, path, err);
+    if (!status)
+        status = rec_brdf_table(&table, &brdf, threads, err);
     if (!status)
         status = rec_bins_of_table(bins, &table, err);
     rec_merl_free(&table);
+    rec_brdf_free(&brdf);
     return status;
 }
 
@@ -141,7 +145,7 @@ static int run_fit(const struct arguments *args)
     char *path = fits_path(args->positional[0], cap_option(args, "output"));
     enum status status = path ? STATUS_OK : cap_fail(&err, STATUS_MEMORY, "no memory");
     if (!status)
-        status = read_bins(&bins, args->positional[0], &err);
+        status = read_bins(&bins, args->positional[0], run.threads, &err);
     if (!status) {
         cap_stage(&run, "fit", 0);
         status = rec_fit(&fits, &bins, names ? models : NULL, count, &run, &err);
@@ -210,6 +214,8 @@ const struct command rec_commands[] = {
      run_eval},
     {"plot", "OUT|TABLE... -o FILE", "lobes, slices, coverage, spheres, comparisons: PNG, SVG, PDF",
      rec_plot_options, rec_run_plot},
+    {"export", "BRDF --to FORMAT", "write a BRDF in another program's format", rec_export_options,
+     rec_run_export},
     {"info", "FILE", "what a photograph, radiance map, table, fits, bins or samples hold", NULL,
      run_info},
     {0},

@@ -8,4 +8,8 @@
 extern const struct option rec_plot_options[];
 int rec_run_plot(const struct arguments *args);
 
+/** "export BRDF --to FORMAT" and its options. */
+extern const struct option rec_export_options[];
+int rec_run_export(const struct arguments *args);
+
 #endif

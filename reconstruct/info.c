@@ -2,6 +2,7 @@
 #include "info.h"
 
 #include "bins_hdf5.h"
+#include "formats.h"
 #include "quantile.h"
 
 #include <hdf5.h>
@@ -130,6 +131,20 @@ static enum status tell_samples(json_t **told, const char *path, struct error *e
     return STATUS_OK;
 }
 
+// A BRDF of another format: that it is read, and what it is.
+static enum status tell_brdf(json_t **told, const struct format *format, const char *path,
+                             struct error *err)
+{
+    struct brdf brdf = {0};
+    enum status status = format->read(&brdf, path, err);
+    if (status)
+        return status;
+    *told = json_pack("{s:s, s:s*}", "format", format->name, "model",
+                      brdf.model ? brdf.model->name : NULL);
+    rec_brdf_free(&brdf);
+    return STATUS_OK;
+}
+
 static void print_lines(json_t *told, FILE *to)
 {
     const char *key;
@@ -152,10 +167,12 @@ enum status rec_info(const char *path, bool json, FILE *to, struct error *err)
         [KIND_SAMPLES] = tell_samples,
     };
     enum kind kind = kind_of(path);
-    if (kind == KIND_OTHER)
+    const struct format *format = kind == KIND_OTHER ? rec_format_of(path, NULL) : NULL;
+    if (kind == KIND_OTHER && !format)
         return cap_info(path, json, to, err);
     json_t *told = NULL;
-    enum status status = tell[kind](&told, path, err);
+    enum status status =
+        format ? tell_brdf(&told, format, path, err) : tell[kind](&told, path, err);
     if (status)
         return status;
     if (json) {

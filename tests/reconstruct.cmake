@@ -17,6 +17,8 @@ brdf_test(reconstruct bins_hdf5)
 brdf_test(reconstruct fits_yaml)
 brdf_test(reconstruct plot)
 target_link_libraries(test_plot PRIVATE PkgConfig::CAIRO)
+brdf_test(reconstruct formats)
+script_test(rgl)
 script_test(identical)
 script_test(mpi)
 set_tests_properties(whole/identical whole/mpi PROPERTIES LABELS slow)  # not under sanitizers

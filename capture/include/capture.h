@@ -211,6 +211,10 @@ enum status cap_radiance_read_stored(struct radiance *map, const char *path, str
 int cap_radiance_channel(const struct radiance *map, int x, int y);
 enum status cap_radiance_write(const struct radiance *map, const char *path, struct error *err);
 void cap_radiance_free(struct radiance *map);
+/** A plain picture as OpenEXR, rgb [height][width][3] in channels R, G, B. Complete or not at all:
+ *  STATUS_IO, STATUS_MEMORY. */
+enum status cap_picture_write(const float *rgb, int width, int height, const char *path,
+                              struct error *err);
 
 /** What a photograph or map (any format that is read) says of itself, as lines for people or one
  *  JSON object: make model lens taken width height channels bits cfa black white exposure_time

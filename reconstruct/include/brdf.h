@@ -127,20 +127,41 @@ int rec_model_size(const struct model *model);
 
 struct lookup;
 struct sampler;
-/** A BRDF from a file: a table, or a model with its parameters. {0} is empty; rec_brdf_free(). */
+/** What a BRDF of another format is: how to evaluate its data, for directions above the horizon,
+ *  and to free it. */
+struct brdf_kind {
+    const char *name;
+    void (*eval)(const void *data, vec3 wi, vec3 wo, double f[3]);
+    void (*free)(void *data);
+};
+/** A BRDF from a file: a table, a model with its parameters, or what another format holds. {0} is
+ *  empty; rec_brdf_free(). */
 struct brdf {
-    struct merl table;  // empty where model is set
+    struct merl table;  // empty where model or kind is set
     const struct model *model;
     double value[MODEL_PARAMETERS_MAX];
+    const struct brdf_kind *kind;
+    void *data;
     struct lookup *lookup;    // of a table, made by rec_brdf_prepare
     struct sampler *sampler;  // likewise
 };
-/** From a MERL table, a fits.yaml (its best fit), or a folder OUT (its brdf.binary), prepared. On
- *  success the caller owns *brdf. STATUS_IO, STATUS_FORMAT, STATUS_MEMORY. */
+/** From a folder OUT (its brdf.binary), or a file of any format that is read: MERL, RGL (.bsdf), MIT
+ *  and text tables, a fits.yaml (its best fit), parameters as JSON (of a collection FILE#MODEL/NAME).
+ *  Tables and models are prepared. On success the caller owns *brdf. STATUS_IO, STATUS_FORMAT,
+ *  STATUS_MEMORY. */
 enum status rec_brdf_read(struct brdf *brdf, const char *path, struct error *err);
-/** Make a brdf whose table was set by hand ready to be evaluated and sampled; the table must not
- *  change afterwards. A model needs none. Then any number of threads may use it. STATUS_MEMORY. */
+/** Make a brdf whose table was set by hand ready to be evaluated and sampled, or one of another format
+ *  ready to be sampled (it is tabulated for that); it must not change afterwards. A model needs none.
+ *  Then any number of threads may use it. STATUS_MEMORY. */
 enum status rec_brdf_prepare(struct brdf *brdf, struct error *err);
+/** One material of a collection {MODEL: {NAME: {PARAMETER: ...}}}, e.g. the published parameters of
+ *  models sgd and abc. As rec_brdf_read. */
+enum status rec_published_read(struct brdf *brdf, const char *path, const char *model,
+                               const char *name, struct error *err);
+/** A table of any BRDF: its values at the middles of bins, or a copy of its own. On success the
+ *  caller owns *table. STATUS_MEMORY. */
+enum status rec_brdf_table(struct merl *table, const struct brdf *brdf, int threads,
+                           struct error *err);
 void rec_brdf_free(struct brdf *brdf);
 /** f[3], 1/sr; 0 below the horizon. A table is interpolated between the middles of its bins,
  *  continuously (method: lookup.c); one that is not prepared answers with the nearest bin. */
