@@ -145,14 +145,14 @@ struct brdf {
     struct lookup *lookup;    // of a table, made by rec_brdf_prepare
     struct sampler *sampler;  // likewise
 };
-/** From a folder OUT (its brdf.binary), or a file of any format that is read: MERL, RGL (.bsdf), MIT
- *  and text tables, a fits.yaml (its best fit), parameters as JSON (of a collection FILE#MODEL/NAME).
- *  Tables and models are prepared. On success the caller owns *brdf. STATUS_IO, STATUS_FORMAT,
- *  STATUS_MEMORY. */
+/** From a folder OUT (its brdf.binary), or a file of any format that is read: MERL, RGL (.bsdf),
+ * MIT and text tables, a fits.yaml (its best fit), parameters as JSON (of a collection
+ * FILE#MODEL/NAME). Tables and models are prepared. On success the caller owns *brdf. STATUS_IO,
+ * STATUS_FORMAT, STATUS_MEMORY. */
 enum status rec_brdf_read(struct brdf *brdf, const char *path, struct error *err);
-/** Make a brdf whose table was set by hand ready to be evaluated and sampled, or one of another format
- *  ready to be sampled (it is tabulated for that); it must not change afterwards. A model needs none.
- *  Then any number of threads may use it. STATUS_MEMORY. */
+/** Make a brdf whose table was set by hand ready to be evaluated and sampled, or one of another
+ * format ready to be sampled (it is tabulated for that); it must not change afterwards. A model
+ * needs none. Then any number of threads may use it. STATUS_MEMORY. */
 enum status rec_brdf_prepare(struct brdf *brdf, struct error *err);
 /** One material of a collection {MODEL: {NAME: {PARAMETER: ...}}}, e.g. the published parameters of
  *  models sgd and abc. As rec_brdf_read. */
