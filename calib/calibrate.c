@@ -1,4 +1,5 @@
-/* calibrate.c -- the order of calibration: geometry, sample, lamps, pictures. */
+/* calibrate.c -- the order of calibration: geometry, glare, sample, lamps, pictures. */
+#include "glare_ink.h"
 #include "lamp.h"
 #include "overlay.h"
 #include "solid_place.h"
@@ -91,6 +92,8 @@ enum status cal_calibrate(struct calibration *calibration, const struct capture 
     struct calibration c = {0};
     struct tag_place *board = NULL;
     enum status status = cal_geometry(&c, capture, out, usable, run, err);
+    if (!status)
+        status = cal_glare(&c, capture, out, run, err);
     if (!status && !(board = calloc((size_t)c.tags + 1, sizeof *board)))
         status = cap_fail(err, STATUS_MEMORY, "%d tags", c.tags);
     if (!status) {

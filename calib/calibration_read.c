@@ -33,7 +33,7 @@ void cal_calibration_free(struct calibration *c)
 struct shot_node {
     char *name, *camera, *light;
     double rotation[3], translation[3], sigma_rotation[3], sigma_translation[3];
-    double power, sigma_power, rms_px;
+    double power, sigma_power, rms_px, glare[GLARE_TERMS], sigma_glare;
     struct seen_tag *tag;
     int tags;
 };
@@ -123,6 +123,8 @@ static const cyaml_schema_field_t shot_fields[] = {TEXT(NEED, shot_node, name),
                                                    NUMBER(MAY, shot_node, power),
                                                    NUMBER(MAY, shot_node, sigma_power),
                                                    NUMBER(MAY, shot_node, rms_px),
+                                                   NUMBERS(MAY, shot_node, glare, GLARE_TERMS),
+                                                   NUMBER(MAY, shot_node, sigma_glare),
                                                    LIST("tags", MAY, shot_node, tag, &tag_value),
                                                    CYAML_FIELD_END};
 static const cyaml_strval_t cue_names[] = {
@@ -316,6 +318,16 @@ static enum status take_shot(struct calibration *c, struct shot_node *node, stru
     if (node->light && v.light < 0)
         return cap_fail(err, STATUS_FORMAT, "shot %s: no light is called '%s'", node->name,
                         node->light);
+    double veil = 0;
+    for (int k = 0; k < GLARE_TERMS; k++)
+        veil += node->glare[k] >= 0 ? node->glare[k] : INFINITY;
+    if (!(veil < 0.5))
+        return cap_fail(err, STATUS_FORMAT,
+                        "shot %s: glare: shares of light are not below 0 and add up to less than "
+                        "0.5",
+                        node->name);
+    v.sigma_glare = node->sigma_glare;
+    memcpy(v.glare, node->glare, sizeof v.glare);
     memcpy(v.sigma_rotation, node->sigma_rotation, sizeof v.sigma_rotation);
     memcpy(v.sigma_translation, node->sigma_translation, sizeof v.sigma_translation);
     if (node->tags > 0 && !(v.tag = malloc((size_t)node->tags * sizeof *v.tag)))

@@ -37,6 +37,10 @@ static void print_table(const struct calibration *c)
                m->center[0], m->center[1], m->rms_px);
     }
     printf("shots: %d\n", c->views);
+    double glare, sigma_glare;
+    cal_glare_of(c, &glare, &sigma_glare);
+    if (glare > 0)
+        printf("glare: %.2g %% of the light (+- %.1g)\n", 100 * glare, 100 * sigma_glare);
     const struct sample *s = &c->sample;
     printf("sample: centre %.3f, %.3f, %.3f mm (+- %.3f, %.3f, %.3f)", s->center.x, s->center.y,
            s->center.z, s->sigma_center[0], s->sigma_center[1], s->sigma_center[2]);

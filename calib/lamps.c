@@ -318,7 +318,7 @@ static bool misled(const struct calibration *c, const struct sample_shift *shift
 {
     bool far = false;
     for (int a = 0; a < 3; a++)
-        far = far || fabs(shift->by[a]) > STRAY * c->sample.sigma_center[a];
+        far = far || fabs(shift->by[a]) > STRAY * hypot(c->sample.sigma_center[a], shift->sigma[a]);
     return far;
 }
 

@@ -13,6 +13,8 @@ enum status cal_view_map(struct radiance *map, const char *out, const struct vie
     enum status status =
         path ? cap_radiance_read(map, path, err) : cap_fail(err, STATUS_MEMORY, "%s", name);
     free(path);
+    if (!status && (status = cap_glare_remove(map, view->glare, view->sigma_glare, err)))
+        cap_radiance_free(map);
     return status;
 }
 

@@ -4,7 +4,8 @@
 
 #include "calib.h"
 
-/** Read OUT/radiance/NAME.exr of a view. On success the caller owns *map. */
+/** Read OUT/radiance/NAME.exr of a view, and take the veil off that its glare tells of. On success
+ * the caller owns *map. */
 enum status cal_view_map(struct radiance *map, const char *out, const struct view *view,
                          struct error *err);
 

@@ -54,6 +54,8 @@ static enum status read_map(struct radiance *map, const struct gathering *g,
     if (!path)
         return cap_fail(err, STATUS_MEMORY, "no memory for a path");
     enum status status = cap_radiance_read(map, path, err);
+    if (!status && (status = cap_glare_remove(map, v->view->glare, v->view->sigma_glare, err)))
+        cap_radiance_free(map);
     if (!status && (map->width != v->camera->width || map->height != v->camera->height)) {
         status =
             cap_fail(err, STATUS_FORMAT, "%s: %d x %d pixels, but camera %s has %d x %d", path,

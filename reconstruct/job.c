@@ -99,7 +99,7 @@ static enum status write_story(const struct job *j, const char *path, struct err
         .input_hash = j->hash,
         .run = j->run,
         .census = &j->census,
-        .surroundings = &j->calibration.surroundings,
+        .calibration = &j->calibration,
         .bins = &j->bins,
         .fits = &j->fits,
         .table = &j->table,

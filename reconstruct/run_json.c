@@ -88,18 +88,28 @@ static json_t *interreflection(const struct run_story *s)
 {
     int64_t used = s->census->photosites[FATE_USED];
     double mean = used ? 1e-6 * (double)s->census->bounced_ppm / (double)used : 0;
-    return json_pack("{s:f, s:f, s:f}", "strength", s->surroundings->strength, "sigma_strength",
-                     s->surroundings->sigma_strength, "mean_part_of_radiance", mean);
+    const struct surroundings *around = &s->calibration->surroundings;
+    return json_pack("{s:f, s:f, s:f}", "strength", around->strength, "sigma_strength",
+                     around->sigma_strength, "mean_part_of_radiance", mean);
+}
+
+// What share of the light the lens spread, and was taken off: of the worst view.
+static json_t *glare(const struct calibration *c)
+{
+    double share, sigma;
+    cal_glare_of(c, &share, &sigma);
+    return json_pack("{s:f, s:f}", "share", share, "sigma_share", sigma);
 }
 
 static json_t *story_json(const struct run_story *s)
 {
-    return json_pack("{s:s, s:o, s:s, s:o, s:o, s:i, s:o, s:o, s:i, s:f, s:s, s:o}", "version",
+    return json_pack("{s:s, s:o, s:s, s:o, s:o, s:i, s:o, s:o, s:o, s:i, s:f, s:s, s:o}", "version",
                      GONIOCAM_VERSION, "options", options(s), "input_xxh3", s->input_hash, "stages",
                      stages(s->run), "warnings", warnings(s->run), "shots", s->census->shots,
                      "photosites", photosites(s->census), "interreflection", interreflection(s),
-                     "measured_bins", s->bins->count, "median_relative_sigma", s->median_sigma,
-                     "best_fit", s->fits->fit[0].model->name, "checks", checks(s->checks));
+                     "glare", glare(s->calibration), "measured_bins", s->bins->count,
+                     "median_relative_sigma", s->median_sigma, "best_fit",
+                     s->fits->fit[0].model->name, "checks", checks(s->checks));
 }
 
 enum status rec_run_json(const struct run_story *story, const char *path, struct error *err)

@@ -10,7 +10,7 @@ struct run_story {
     const char *capture, *out, *calibration_file, *input_hash;
     const struct run *run;
     const struct census *census;
-    const struct surroundings *surroundings;
+    const struct calibration *calibration;
     const struct bins *bins;
     const struct fits *fits;
     const struct merl *table;

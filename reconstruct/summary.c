@@ -55,6 +55,7 @@ struct summary rec_summary_of(const struct job *j)
     for (int i = 0; i < j->calibration.lamps; i++)
         if (!j->calibration.lamp[i].at_infinity)
             s.sigma_lamp = fmax(s.sigma_lamp, length(j->calibration.lamp[i].sigma_position));
+    cal_glare_of(&j->calibration, &s.glare, &s.sigma_glare);
     return s;
 }
 
@@ -79,6 +80,9 @@ void rec_summary_print(const struct summary *s, const char *out)
            s->sigma_center);
     if (s->sigma_lamp > 0)
         printf("; lamps +- %.2f mm", s->sigma_lamp);
+    if (s->glare > 0)
+        printf("\nglare        %.2g +- %.1g %% of the light, spread by the lens: taken off",
+               100 * s->glare, 100 * s->sigma_glare);
     printf("\nphotosites   %.3g used, %.0f %% of those that see the sample\n", s->used,
            s->seen > 0 ? 100 * s->used / s->seen : 0);
     printf("bins         %d measured, with a standard error of %.2g %% (median)\n", s->bins,

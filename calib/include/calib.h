@@ -8,6 +8,7 @@
 #define GONIOCAM_CALIB_H
 
 #include "capture.h"
+#include "glare.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -53,6 +54,9 @@ struct view {
     double sigma_rotation[3], sigma_translation[3];
     double power, sigma_power;
     double rms_px;
+    // Shares of light that the lens spreads over the image (glare.h), taken off its map wherever it
+    // is read, and the standard deviation of their sum. 0 where the tags' ink does not tell of any.
+    double glare[GLARE_TERMS], sigma_glare;
     struct seen_tag *tag;  // [tags]
     int tags;
 };
@@ -207,6 +211,10 @@ enum status cal_geometry(struct calibration *calibration, const struct capture *
  * nothing that fixes the lamp, ... */
 enum status cal_calibrate(struct calibration *calibration, const struct capture *capture,
                           const char *out, const bool *usable, struct run *run, struct error *err);
+
+/** The share of light that the lens spread over the image and that is taken off, of the view that
+ *  had most of it, with its standard deviation; 0 where there is none. */
+void cal_glare_of(const struct calibration *calibration, double *share, double *sigma);
 
 extern const struct command cal_commands[];
 

@@ -131,6 +131,7 @@ struct summary {
     double within_60, within_80, whole;  // part of the bins with both angles up to 60, 80, 90 deg
     double median_sigma;                 // of the bins' relative sigma
     double albedo, sigma_albedo;         // for light from 0 degrees, green
+    double glare, sigma_glare;           // share of light that the lens spreads; 0: none found
     struct fit best;
 };
 /** What reconstruct is asked for: folders CAPTURE and OUT; a calibration.yaml to start from, or

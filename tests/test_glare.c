@@ -1,0 +1,148 @@
+/* Glare: a scene is veiled photosite by photosite, by the kernels' definition; taking the veil off
+ * gives the scene back. */
+#include "glare.h"
+#include "near.h"
+
+#include <stdlib.h>
+
+enum { WIDTH = 150, HEIGHT = 100, COUNT = 3 * WIDTH * HEIGHT };
+
+static float truth[COUNT], value[COUNT], variance[COUNT];
+static struct radiance map = {
+    .width = WIDTH, .height = HEIGHT, .channels = 3, .value = value, .variance = variance};
+
+/* A bright sheet on the left, a dark ball on its right, nothing about them; channels differ. */
+static void make_scene(void)
+{
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            bool sheet = x > 15 && x < 80 && y > 12 && y < 90;
+            bool ball = hypot(x - 100, y - 50) < 25;
+            double v = ball ? 0.05 : sheet ? 1 - 0.004 * x : 0.002;
+            for (int c = 0; c < 3; c++)
+                truth[3 * (y * WIDTH + x) + c] = (float)(v * (1 - 0.3 * c));
+        }
+}
+
+/* Weights of a Gaussian of `sigma` photosites about `at`, within the image: they add up to 1. */
+static void gaussian(double *weight, int count, int at, double sigma)
+{
+    double sum = 0;
+    for (int i = 0; i < count; i++)
+        sum += weight[i] = exp(-0.5 * (i - at) * (i - at) / (sigma * sigma));
+    for (int i = 0; i < count; i++)
+        weight[i] /= sum;
+}
+
+static void gaussian_mean(double mean[3], int x, int y, double sigma)
+{
+    double along[WIDTH], down[HEIGHT];
+    gaussian(along, WIDTH, x, sigma);
+    gaussian(down, HEIGHT, y, sigma);
+    mean[0] = mean[1] = mean[2] = 0;
+    for (int v = 0; v < HEIGHT; v++)
+        for (int u = 0; u < WIDTH; u++)
+            for (int c = 0; c < 3; c++)
+                mean[c] += down[v] * along[u] * (double)truth[3 * (v * WIDTH + u) + c];
+}
+
+static double even_mean(int c)
+{
+    double sum = 0;
+    for (int i = c; i < COUNT; i += 3)
+        sum += (double)truth[i];
+    return 3 * sum / COUNT;
+}
+
+static void veil_evenly(double share)
+{
+    make_scene();
+    for (int i = 0; i < COUNT; i++) {
+        value[i] = (float)((1 - share) * (double)truth[i] + share * even_mean(i % 3));
+        variance[i] = 1e-8f;
+    }
+}
+
+static void test_an_even_veil_is_taken_off(void **state)
+{
+    (void)state;
+    const double share[GLARE_TERMS] = {0.02};
+    veil_evenly(0.02);
+    assert_int_equal(cap_glare_remove(&map, share, 0, NULL), STATUS_OK);
+    for (int i = 0; i < COUNT; i++)
+        assert_near(value[i], truth[i], 1e-6);  // rounding of float
+}
+
+static void test_doubt_goes_into_the_variance(void **state)
+{
+    (void)state;
+    const double share[GLARE_TERMS] = {0.02};
+    veil_evenly(0.02);
+    assert_int_equal(cap_glare_remove(&map, share, 0.002, NULL), STATUS_OK);
+    for (int i = 0; i < COUNT; i += 997) {
+        double veil = 0.02 * even_mean(i % 3);
+        double due = (1e-8 + pow(0.1 * veil, 2)) / (0.98 * 0.98);
+        assert_near(variance[i] / due, 1, 1e-4);
+    }
+}
+
+static void test_what_was_not_measured_stays_so(void **state)
+{
+    (void)state;
+    const double share[GLARE_TERMS] = {0.02};
+    veil_evenly(0.02);
+    variance[300] = INFINITY;
+    assert_int_equal(cap_glare_remove(&map, share, 0.002, NULL), STATUS_OK);
+    assert_true(variance[300] == INFINITY && isfinite(value[300]));
+}
+
+static void test_a_wide_veil_is_taken_off(void **state)
+{
+    (void)state;
+    const double share[GLARE_TERMS] = {0, 0.03, 0};
+    const double sigma = hypot(WIDTH, HEIGHT) / 6;
+    make_scene();
+    static double veil[COUNT];
+    for (int y = 0; y < HEIGHT; y++)  // the kernel is so wide that its squares of 5 do for the map
+        for (int x = 0; x < WIDTH; x++) {
+            int middle = 3 * ((y / 5 * 5 + 2) * WIDTH + x / 5 * 5 + 2), i = 3 * (y * WIDTH + x);
+            if (x % 5 == 0 && y % 5 == 0)
+                gaussian_mean(&veil[middle], x + 2, y + 2, sigma);
+            for (int c = 0; c < 3; c++) {
+                veil[i + c] = veil[middle + c];
+                value[i + c] = (float)(0.97 * (double)truth[i + c] + 0.03 * veil[middle + c]);
+            }
+        }
+    assert_int_equal(cap_glare_remove(&map, share, 0, NULL), STATUS_OK);
+    for (int y = 2; y < HEIGHT; y += 5)
+        for (int x = 2; x < WIDTH; x += 5)
+            for (int c = 0; c < 3; c++) {
+                int i = 3 * (y * WIDTH + x) + c;
+                // A hundredth of the veil, where the scene has edges within a cell.
+                assert_near(value[i], truth[i], 0.01 * 0.03 * veil[i] + 1e-6);
+            }
+}
+
+static void test_no_share_changes_nothing(void **state)
+{
+    (void)state;
+    const double none[GLARE_TERMS] = {0};
+    make_scene();
+    for (int i = 0; i < COUNT; i++)
+        value[i] = truth[i];
+    assert_int_equal(cap_glare_remove(&map, none, 0, NULL), STATUS_OK);
+    for (int i = 0; i < COUNT; i++)
+        assert_true(value[i] == truth[i]);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_an_even_veil_is_taken_off),
+        cmocka_unit_test(test_doubt_goes_into_the_variance),
+        cmocka_unit_test(test_what_was_not_measured_stays_so),
+        cmocka_unit_test(test_a_wide_veil_is_taken_off),
+        cmocka_unit_test(test_no_share_changes_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
