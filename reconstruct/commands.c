@@ -212,6 +212,7 @@ const struct command rec_commands[] = {
     {"fit", "OUT|TABLE", "fit models to measured bins, or to a MERL table", fit_options, run_fit},
     {"eval", "BRDF", "\"theta_i theta_o phi\" lines (degrees) from stdin to \"r g b\" lines", NULL,
      run_eval},
+    {"report", "OUT", "OUT/report.html: everything about a run, in one page", NULL, rec_run_report},
     {"plot", "OUT|TABLE... -o FILE", "lobes, slices, coverage, spheres, comparisons: PNG, SVG, PDF",
      rec_plot_options, rec_run_plot},
     {"export", "BRDF --to FORMAT", "write a BRDF in another program's format", rec_export_options,

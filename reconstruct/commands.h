@@ -7,6 +7,8 @@
 /** "plot OUT|TABLE... -o FILE" and its options. */
 extern const struct option rec_plot_options[];
 int rec_run_plot(const struct arguments *args);
+/** "report OUT". */
+int rec_run_report(const struct arguments *args);
 
 /** "export BRDF --to FORMAT" and its options. */
 extern const struct option rec_export_options[];

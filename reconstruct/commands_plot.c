@@ -1,6 +1,6 @@
-/* commands_plot.c -- goniocam plot: arguments and messages. */
+/* commands_plot.c -- goniocam plot, goniocam report: arguments and messages. */
 #include "commands.h"
-#include "plot.h"
+#include "report.h"
 #include "team.h"
 
 #include <stdlib.h>
@@ -93,5 +93,21 @@ int rec_run_plot(const struct arguments *args)
         printf("{\"plot\": \"%s\"}\n", path);
     for (int i = 0; i < args->count; i++)
         rec_plot_source_free(source + i);
+    return cap_exit(status, &err);
+}
+
+int rec_run_report(const struct arguments *args)
+{
+    int threads;
+    struct run run;
+    if (args->count != 1 || !cap_option_int(args, "threads", 1, 1024, rec_team_threads, &threads))
+        return 2;
+    struct error err = {0};
+    cap_run_begin(&run, threads, cap_option(args, "quiet") != NULL);
+    cap_stage(&run, "report", 0);
+    enum status status = rec_report(args->positional[0], run.threads, &err);
+    cap_run_end(&run);
+    if (!status && cap_option(args, "json"))
+        printf("{\"report\": \"%s/report.html\"}\n", args->positional[0]);
     return cap_exit(status, &err);
 }

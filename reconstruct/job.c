@@ -2,10 +2,28 @@
 #include "job.h"
 
 #include "bins_hdf5.h"
+#include "predicted.h"
 #include "preview.h"
+#include "report.h"
 #include "run_json.h"
 
 #include <stdlib.h>
+
+bool rec_job_board(struct board_extent *board, const struct job *j)
+{
+    const struct capture *capture = &j->capture;
+    *board = (struct board_extent){{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    for (int t = 0; t < capture->tags; t++)
+        for (int k = 0; k < 4; k++) {
+            vec3 p = cap_tag_corner(&capture->tag[t], k);
+            double at[2] = {p.x, p.y};
+            for (int i = 0; i < 2; i++) {
+                board->low[i] = fmin(board->low[i], at[i]);
+                board->high[i] = fmax(board->high[i], at[i]);
+            }
+        }
+    return capture->tags > 0;
+}
 
 // The largest solid angle of the lens's aperture, seen from the sample; 0: EXIF does not tell.
 static double detector_solid_angle(const struct job *j)
@@ -89,15 +107,28 @@ static enum status write_preview(const struct job *j, const char *path, struct e
     return rec_preview(&j->table, &j->fits.fit[0], path, j->run, err);
 }
 
+static enum status write_predicted(const struct job *j, struct error *err)
+{
+    struct board_extent board;
+    const struct brdf brdf = {.table = j->table};
+    const struct predicted_of of = {.calibration = &j->calibration,
+                                    .brdf = &brdf,
+                                    .board = rec_job_board(&board, j) ? &board : NULL,
+                                    .blockers = &j->blockers,
+                                    .out = j->out};
+    return rec_predicted(&of, j->run, err);
+}
+
 static enum status write_story(const struct job *j, const char *path, struct error *err)
 {
-    cap_stage(j->run, "", 0);  // the times of all stages are known, but for its own
+    cap_stage(j->run, "", 0);  // the times of all stages are known, but for the report's
     struct run_story story = {
         .capture = j->folder,
         .out = j->out,
         .calibration_file = j->calibration_file,
         .input_hash = j->hash,
         .run = j->run,
+        .layout = &j->capture,
         .census = &j->census,
         .calibration = &j->calibration,
         .bins = &j->bins,
@@ -109,24 +140,42 @@ static enum status write_story(const struct job *j, const char *path, struct err
     return rec_run_json(&story, path, err);
 }
 
+typedef enum status writer(const struct job *j, const char *path, struct error *err);
+
+static enum status write_one(const struct job *j, const char *name, writer *write,
+                             struct error *err)
+{
+    char *path = cap_path(j->out, name);
+    enum status status =
+        path ? write(j, path, err) : cap_fail(err, STATUS_MEMORY, "no memory for a path");
+    free(path);
+    return status;
+}
+
 enum status rec_job_write(struct job *j, struct error *err)
 {
     static const struct {
         const char *name;
-        enum status (*write)(const struct job *j, const char *path, struct error *err);
+        writer *write;
     } results[] = {
-        {"bins.h5", write_bins},        {"fits.yaml", write_fits}, {"brdf.binary", write_table},
-        {"preview.png", write_preview}, {"run.json", write_story},
+        {"bins.h5", write_bins},
+        {"fits.yaml", write_fits},
+        {"brdf.binary", write_table},
+        {"preview.png", write_preview},
     };
     enum { RESULTS = sizeof results / sizeof *results };
     cap_stage(j->run, "write", RESULTS);
     enum status status = cap_capture_hash(j->hash, &j->capture, err);
     for (int i = 0; i < RESULTS && !status; i++) {
-        char *path = cap_path(j->out, results[i].name);
-        status = path ? results[i].write(j, path, err)
-                      : cap_fail(err, STATUS_MEMORY, "no memory for a path");
-        free(path);
+        status = write_one(j, results[i].name, results[i].write, err);
         cap_step(j->run);
     }
-    return !status && j->fine.bin ? write_fine(j, err) : status;
+    if (!status && j->fine.bin)
+        status = write_fine(j, err);
+    if (!status)
+        status = write_predicted(j, err);
+    if (!status)
+        status = write_one(j, "run.json", write_story, err);
+    cap_stage(j->run, "report", 0);
+    return status ? status : rec_report(j->out, j->run->threads, err);
 }

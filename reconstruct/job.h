@@ -25,7 +25,10 @@ struct job {
     double median_sigma;
 };
 
-/** bins.h5, fits.yaml, brdf.binary, preview.png, run.json, each complete or not at all. */
+/** The rectangle that the tags span: rays do not pass through it. false: there are no tags. */
+bool rec_job_board(struct board_extent *board, const struct job *job);
+/** bins.h5, fits.yaml, brdf.binary, preview.png, predicted/, run.json, report.html, each complete
+ *  or not at all. */
 enum status rec_job_write(struct job *job, struct error *err);
 
 #endif

@@ -48,9 +48,9 @@ struct cut {
 /** of may be the source's own BRDF or a fit. */
 void rec_cut(struct cut *lobe, const struct plot_source *source, const struct brdf *of,
              double theta_i_deg);
-/** Round numbers about f in the lobes that are asked for. */
+/** Round numbers about f for theta_deg[k], to 80 degrees. */
 void rec_cut_range(double *low, double *high, const struct plot_source *source,
-                   const struct plot_options *options);
+                   const struct plot_options *options, int k);
 
 /** A half disc of radius log f, for theta_deg[k]; in its box of width x height points. Bands are
  *  2 sigma. Groups: "ch chN" of a channel, "fit fitN" of a fit. */

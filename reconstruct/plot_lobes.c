@@ -42,21 +42,21 @@ void rec_cut(struct cut *lobe, const struct plot_source *source, const struct br
 }
 
 void rec_cut_range(double *low, double *high, const struct plot_source *source,
-                   const struct plot_options *o)
+                   const struct plot_options *o, int k)
 {
     *low = INFINITY;
     *high = 0;
-    for (int k = 0; k < o->thetas; k++)
-        for (double theta_o = -85; theta_o <= 85; theta_o += 0.5) {
-            vec3 wi, wo;
-            double f[3];
-            directions(o->theta_deg[k] * degree, theta_o * degree, &wi, &wo);
-            rec_brdf_eval(&source->brdf, wi, wo, f);
-            for (int c = 0; c < 3; c++) {
-                *high = fmax(*high, o->channel[c] ? f[c] : 0);
-                *low = o->channel[c] && f[c] > 0 ? fmin(*low, f[c]) : *low;
-            }
+    for (double theta_o = -80; theta_o <= 80; theta_o += 0.5) {
+        vec3 wi, wo;
+        double f[3];
+        directions(o->theta_deg[k] * degree, theta_o * degree, &wi, &wo);
+        rec_brdf_eval(&source->brdf, wi, wo, f);
+        for (int c = 0; c < 3; c++) {
+            *high = fmax(*high, o->channel[c] ? f[c] : 0);
+            *low = o->channel[c] && f[c] > 0 ? fmin(*low, f[c]) : *low;
         }
+    }
+    *low *= 0.7;
     rec_decades(low, high, 4);
 }
 
@@ -69,7 +69,7 @@ struct disc {
 
 static point2 on_disc(const struct disc *d, double theta_deg, double f)
 {
-    double r = d->radius * log(fmax(f, d->low) / d->low) / log(d->high / d->low);
+    double r = d->radius * log(fmin(fmax(f, d->low), d->high) / d->low) / log(d->high / d->low);
     return (point2){d->center.x + r * sin(theta_deg * degree),
                     d->center.y - r * cos(theta_deg * degree)};
 }
@@ -96,7 +96,7 @@ static void draw_ring(struct pen *pen, const struct disc *d, double f)
 
 static void draw_disc(struct pen *pen, const struct disc *d, double theta_i_deg)
 {
-    for (int e = (int)ceil(log10(d->low) + 0.2); pow(10, e) < d->high * 0.7; e++)
+    for (int e = (int)ceil(log10(d->low) + 0.2); pow(10, e) < d->high * 0.45; e++)
         draw_ring(pen, d, pow(10, e));
     draw_ring(pen, d, d->high);
     for (int theta = -90; theta <= 90; theta += 30) {
@@ -177,7 +177,7 @@ void rec_plot_polar(struct pen *pen, const struct plot_source *s, const struct p
 {
     struct disc d = {.center = {at.x + width / 2, at.y + height - 20}};
     d.radius = fmin(width / 2 - 26, height - 38);
-    rec_cut_range(&d.low, &d.high, s, o);
+    rec_cut_range(&d.low, &d.high, s, o, k);
     draw_disc(pen, &d, o->theta_deg[k]);
     struct cut *l = malloc(sizeof *l);
     for (int c = 0; l && c < 3; c++) {
@@ -271,9 +271,9 @@ void rec_plot_cartesian(struct pen *pen, const struct plot_source *s, const stru
     struct axes ratio = value;
     ratio.top = value.top + value.height + 12;
     ratio.height = below;
-    ratio.y = (struct axis){SCALE_LINEAR, -10, 10, 5, "fit/table, %"};
+    ratio.y = (struct axis){SCALE_LINEAR, -10, 10, 5, "fit/table - 1, %"};
     value.x.label = NULL;
-    rec_cut_range(&value.y.low, &value.y.high, s, o);
+    rec_cut_range(&value.y.low, &value.y.high, s, o, k);
     rec_axes_draw(pen, &value, true);
     rec_axes_draw(pen, &ratio, true);
     struct cut *l = malloc(2 * sizeof *l);

@@ -63,22 +63,6 @@ static enum status calibrate_alone(struct job *j, struct error *err)
     return status;
 }
 
-// The rectangle that the tags span: rays do not pass through it.
-static bool board_of(struct board_extent *board, const struct capture *capture)
-{
-    *board = (struct board_extent){{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
-    for (int t = 0; t < capture->tags; t++)
-        for (int k = 0; k < 4; k++) {
-            vec3 p = cap_tag_corner(&capture->tag[t], k);
-            double at[2] = {p.x, p.y};
-            for (int i = 0; i < 2; i++) {
-                board->low[i] = fmin(board->low[i], at[i]);
-                board->high[i] = fmax(board->high[i], at[i]);
-            }
-        }
-    return capture->tags > 0;
-}
-
 // The median over bins and channels of sigma / mean.
 static double median_sigma(const struct bins *bins)
 {
@@ -97,7 +81,7 @@ static enum status gather(struct job *j, const char *stage, const struct consens
                           struct samples_file *samples, struct error *err)
 {
     struct board_extent board;
-    bool has_board = board_of(&board, &j->capture);
+    bool has_board = rec_job_board(&board, j);
     cap_stage(j->run, stage, j->calibration.views);
     rec_team_next_stage(j->run);
     bool fine = consensus && j->fine.grid.theta_h > 0;

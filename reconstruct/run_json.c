@@ -29,6 +29,31 @@ static json_t *warnings(const struct run *run)
     return list;
 }
 
+// A point, or a list of points.
+static json_t *points(const vec3 *p, int count)
+{
+    json_t *list = json_array();
+    for (int k = 0; k < count; k++)
+        json_array_append_new(list, json_pack("[f, f, f]", p[k].x, p[k].y, p[k].z));
+    return list;
+}
+
+// Where capture.yaml has tags and patches; corners bottom left, bottom right, top right, top left.
+static json_t *board(const struct capture *capture)
+{
+    json_t *tags = json_array(), *patches = json_array();
+    for (int t = 0; capture && t < capture->tags; t++) {
+        vec3 corner[4];
+        for (int k = 0; k < 4; k++)
+            corner[k] = cap_tag_corner(&capture->tag[t], k);
+        json_array_append_new(
+            tags, json_pack("{s:i, s:o}", "id", capture->tag[t].id, "corners", points(corner, 4)));
+    }
+    for (int i = 0; capture && i < capture->patches; i++)
+        json_array_append_new(patches, points(capture->patch[i].corner, 4));
+    return json_pack("{s:o, s:o}", "tags", tags, "patches", patches);
+}
+
 static json_t *photosites(const struct census *census)
 {
     json_t *counts = json_object();
@@ -103,13 +128,14 @@ static json_t *glare(const struct calibration *c)
 
 static json_t *story_json(const struct run_story *s)
 {
-    return json_pack("{s:s, s:o, s:s, s:o, s:o, s:i, s:o, s:o, s:o, s:i, s:f, s:s, s:o}", "version",
-                     GONIOCAM_VERSION, "options", options(s), "input_xxh3", s->input_hash, "stages",
-                     stages(s->run), "warnings", warnings(s->run), "shots", s->census->shots,
-                     "photosites", photosites(s->census), "interreflection", interreflection(s),
-                     "glare", glare(s->calibration), "measured_bins", s->bins->count,
-                     "median_relative_sigma", s->median_sigma, "best_fit",
-                     s->fits->fit[0].model->name, "checks", checks(s->checks));
+    return json_pack("{s:s, s:o, s:s, s:o, s:o, s:i, s:o, s:o, s:o, s:i, s:f, s:s, s:o, s:o}",
+                     "version", GONIOCAM_VERSION, "options", options(s), "input_xxh3",
+                     s->input_hash, "stages", stages(s->run), "warnings", warnings(s->run), "shots",
+                     s->census->shots, "photosites", photosites(s->census), "interreflection",
+                     interreflection(s), "glare", glare(s->calibration), "measured_bins",
+                     s->bins->count, "median_relative_sigma", s->median_sigma, "best_fit",
+                     s->fits->fit[0].model->name, "checks", checks(s->checks), "board",
+                     board(s->layout));
 }
 
 enum status rec_run_json(const struct run_story *story, const char *path, struct error *err)

@@ -1,0 +1,10 @@
+# cmake -DFILES=a;b -DOUTPUT=assets.h -P embed.cmake: text files become C arrays, rec_asset_NAME_EXT.
+set(text "/* Made by embed.cmake. */\n")
+foreach(file ${FILES})
+    get_filename_component(name ${file} NAME)
+    string(REPLACE "." "_" name ${name})
+    file(READ ${file} bytes HEX)
+    string(REGEX REPLACE "([0-9a-f][0-9a-f])" "0x\\1," bytes "${bytes}")
+    string(APPEND text "static const char rec_asset_${name}[] = {${bytes}0};\n")
+endforeach()
+file(WRITE ${OUTPUT} "${text}")
