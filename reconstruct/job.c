@@ -2,6 +2,7 @@
 #include "job.h"
 
 #include "bins_hdf5.h"
+#include "lookup.h"
 #include "predicted.h"
 #include "preview.h"
 #include "report.h"
@@ -110,13 +111,17 @@ static enum status write_preview(const struct job *j, const char *path, struct e
 static enum status write_predicted(const struct job *j, struct error *err)
 {
     struct board_extent board;
-    const struct brdf brdf = {.table = j->table};
+    struct brdf brdf = {.table = j->table};  // borrowed
     const struct predicted_of of = {.calibration = &j->calibration,
                                     .brdf = &brdf,
                                     .board = rec_job_board(&board, j) ? &board : NULL,
                                     .blockers = &j->blockers,
                                     .out = j->out};
-    return rec_predicted(&of, j->run, err);
+    enum status status = rec_lookup_make(&brdf.lookup, &j->table, err);
+    if (!status)
+        status = rec_predicted(&of, j->run, err);
+    rec_lookup_free(brdf.lookup);
+    return status;
 }
 
 static enum status write_story(const struct job *j, const char *path, struct error *err)

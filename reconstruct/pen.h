@@ -27,7 +27,7 @@
     X(MEASURED, "measured", 0x0f7fa8)                                                              \
     X(MIRRORED, "mirrored", 0xe09f1f)                                                              \
     X(FILLED, "filled", 0xb4bcc6)                                                                  \
-    X(LAMP, "lamp", 0xa87800)
+    X(LAMP, "lamp", 0x8a6200)
 
 #define INK_ENUM(name, class, rgb) INK_##name,
 enum ink { INK_LIST(INK_ENUM) INKS };

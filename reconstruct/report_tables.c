@@ -18,7 +18,7 @@ static const double step = 0.002;
 struct packing {
     struct grid stored;  // phi_d: what is stored
     bool mirrored;
-    double low;      // of code 1
+    double low;      // of code 2
     uint16_t *code;  // [3][bins]
 };
 
@@ -27,7 +27,7 @@ static size_t cells_of(const struct packing *p)
     return 3 * (size_t)rec_grid_bins(p->stored);
 }
 
-// Codes of [3][bins] values.
+// Codes of [3][bins] values: 0 is no value, 1 is zero.
 static bool make_codes(struct packing *p, const float *value)
 {
     size_t n = cells_of(p);
@@ -37,9 +37,10 @@ static bool make_codes(struct packing *p, const float *value)
     p->low = fmax(isfinite(low) ? low : 1, 1e-9);
     p->code = malloc(n * sizeof *p->code);
     for (size_t i = 0; p->code && i < n; i++)
-        p->code[i] = value[i] >= p->low
-                         ? (uint16_t)fmin(1 + round(log(value[i] / p->low) / step), 65535)
-                         : 0;
+        p->code[i] = value[i] < 0 ? 0
+                     : value[i] < p->low
+                         ? 1
+                         : (uint16_t)fmin(2 + round(log(value[i] / p->low) / step), 65535);
     return p->code != NULL;
 }
 

@@ -95,7 +95,7 @@ void rec_summary_print(const struct summary *s, const char *out)
     rec_fit_print(&s->best);
     if (s->warnings > 0)
         printf("warnings     %d, above and in %s/run.json\n", s->warnings, out);
-    printf("results      %s/brdf.binary (table)   %s/fits.yaml   %s/preview.png (look at it)\n",
+    printf("results      %s/brdf.binary (table)   %s/fits.yaml   %s/report.html (look at it)\n",
            out, out, out);
 }
 

@@ -6,6 +6,7 @@ function startTheme() {
   const dark = () => root.dataset.theme ? root.dataset.theme === 'dark' : matchMedia('(prefers-color-scheme: dark)').matches;
   const show = () => button.setAttribute('aria-pressed', String(dark()));
   button.addEventListener('click', () => { root.dataset.theme = dark() ? 'light' : 'dark'; show(); });
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', show);
   show();
 }
 
@@ -57,9 +58,10 @@ function startSlices() {
       if (!place || !tableElements.length) return;
       const u = (x - place.x) / place.side, v = 1 - (y - place.y) / place.side;
       const table = await tableNumber(0), [, ds, phis] = table.size;
-      const at = 4 * ((Math.floor(u * 90) * ds + Math.min(ds - 1, Math.floor(v * ds))) * phis + Math.floor(phis / 2));
+      const row = Math.min(90, 1 + Math.floor(u * 90)), column = Math.min(90, 1 + Math.floor(v * 90));
+      const at = 4 * ((row * ds + column) * phis + phis / 2), theta = [90 * u * u, 90 * v];
       const f = [0, 1, 2].map((c) => digits(table.value[at + c]));
-      out.textContent = `\u03b8h ${(90 * u * u).toFixed(1)}\u00b0, \u03b8d ${(90 * v).toFixed(0)}\u00b0: ${table.value[at + 1] ? `red ${f[0]}, green ${f[1]}, blue ${f[2]} 1/sr` : 'below the horizon'}`;
+      out.textContent = `\u03b8h ${theta[0].toFixed(1)}\u00b0, \u03b8d ${theta[1].toFixed(0)}\u00b0: ${`red ${f[0]}, green ${f[1]}, blue ${f[2]} 1/sr`}`;
     });
   }
 }

@@ -88,28 +88,30 @@ void main() {
     color.rgb = mix(color.rgb, vec3(1), .5);
 }`;
 
-/* Between the middles of bins, as rec_brdf_eval does; nodes without a value take no part. */
+/* Linear between rows, as lookup.c does: rows of theta_h and theta_d stand at 0 and at the middles of bins. */
 const lookupSource = `
+int between(float bins, int rows, out float share) {
+  float place = bins < .5 ? 2. * bins : bins + .5;
+  int low = clamp(int(place), 0, rows - 2);
+  share = clamp(place - float(low), 0., 1.);
+  return low;
+}
 vec3 lookup(sampler3D table, vec3 angles) {
   ivec3 size = textureSize(table, 0);  // phi_d, theta_d, theta_h
-  vec3 at = vec3(angles.z / PI, angles.y / (.5 * PI), sqrt(angles.x / (.5 * PI))) * vec3(size);
-  if (size.x >= 180)
-    return texelFetch(table, clamp(ivec3(floor(at)), ivec3(0), size - 1), 0).rgb;
-  at -= .5;
-  ivec3 low = ivec3(floor(at));
-  vec3 part = at - vec3(low), sum = vec3(0);
-  float weights = 0.;
+  vec3 share;
+  float around = angles.z / PI * float(size.x) - .5;
+  around = around < 0. ? around + float(size.x) : around;
+  int p = min(int(around), size.x - 1), next = (p + 1) % size.x;
+  share.x = around - float(p);
+  int d = between(angles.y / (.5 * PI) * float(size.y - 1), size.y, share.y);
+  int h = between(sqrt(angles.x / (.5 * PI)) * float(size.z - 1), size.z, share.z);
+  vec3 sum = vec3(0);
   for (int k = 0; k < 8; k++) {
     ivec3 corner = ivec3(k & 1, k >> 1 & 1, k >> 2);
-    vec3 w = mix(1. - part, part, vec3(corner));
-    ivec3 bin = low + corner;
-    bin.x = (bin.x + size.x) % size.x;
-    vec3 f = texelFetch(table, clamp(bin, ivec3(0), size - 1), 0).rgb;
-    float weight = w.x * w.y * w.z * (f.r + f.g + f.b > 0. ? 1. : 0.);
-    sum += weight * f;
-    weights += weight;
+    vec3 w = mix(1. - share, share, vec3(corner));
+    sum += w.x * w.y * w.z * texelFetch(table, ivec3(corner.x == 0 ? p : next, d + corner.y, h + corner.z), 0).rgb;
   }
-  return weights > 0. ? sum / weights : vec3(0);
+  return sum;
 }
 `;
 
@@ -273,7 +275,7 @@ function startViewer() {
   };
   followPointer(canvas, (x, y) => { viewer.move(x, y); draw(); });
   byId('viewer-controls').addEventListener('input', draw);
-  byId('reset').addEventListener('click', () => {
+  byId('start-again').addEventListener('click', () => {
     viewer.reset();
     byId('viewer-controls').reset();
     byId('right').value = String(Math.min(1, tableElements.length - 1));
