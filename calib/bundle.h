@@ -11,6 +11,7 @@ struct sighting {
     int place;  // index into capture->tag
     double corner[4][2];
     double covariance[8][8];  // of corner, px^2; only its shape counts: see bundle_adjust
+    double blur;              // of a refined one: variance of the point spread, as in corners.h
     bool refined;             // by corners.h; else as detected
     bool rejected;            // disagrees with all others: not used
 };

@@ -33,7 +33,7 @@ void cal_calibration_free(struct calibration *c)
 struct shot_node {
     char *name, *camera, *light;
     double rotation[3], translation[3], sigma_rotation[3], sigma_translation[3];
-    double power, sigma_power, rms_px, glare[GLARE_TERMS], sigma_glare;
+    double power, sigma_power, rms_px, blur_px, glare[GLARE_TERMS], sigma_glare;
     struct seen_tag *tag;
     int tags;
 };
@@ -123,6 +123,7 @@ static const cyaml_schema_field_t shot_fields[] = {TEXT(NEED, shot_node, name),
                                                    NUMBER(MAY, shot_node, power),
                                                    NUMBER(MAY, shot_node, sigma_power),
                                                    NUMBER(MAY, shot_node, rms_px),
+                                                   NUMBER(MAY, shot_node, blur_px),
                                                    NUMBERS(MAY, shot_node, glare, GLARE_TERMS),
                                                    NUMBER(MAY, shot_node, sigma_glare),
                                                    LIST("tags", MAY, shot_node, tag, &tag_value),
@@ -311,7 +312,8 @@ static enum status take_shot(struct calibration *c, struct shot_node *node, stru
                      .view_from_world = {vec3_of(node->rotation), vec3_of(node->translation)},
                      .power = node->power > 0 ? node->power : 1,
                      .sigma_power = node->sigma_power,
-                     .rms_px = node->rms_px};
+                     .rms_px = node->rms_px,
+                     .blur_px = node->blur_px};
     if (v.camera < 0)
         return cap_fail(err, STATUS_FORMAT, "shot %s: no camera is called '%s'", node->name,
                         node->camera);

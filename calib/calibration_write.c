@@ -73,6 +73,7 @@ static void write_view(struct yaml_out *out, const struct calibration *c, const 
     cap_yaml_number(out, "power", v->power);
     number_if_known(out, "sigma_power", v->sigma_power);
     number_if_known(out, "rms_px", v->rms_px);
+    number_if_known(out, "blur_px", v->blur_px);
     numbers_if_known(out, "glare", v->glare, GLARE_TERMS);
     number_if_known(out, "sigma_glare", v->sigma_glare);
     if (v->tags > 0) {

@@ -254,6 +254,32 @@ static enum status take_tags(struct geometry *g, struct error *err)
     return STATUS_OK;
 }
 
+static int by_size(const void *a, const void *b)
+{
+    const double *x = a, *y = b;
+    return (*x > *y) - (*x < *y);
+}
+
+// What the lens adds to the photosite's own square, whose variance is 1/12: the median over tags.
+static enum status take_blur(struct geometry *g, struct error *err)
+{
+    const struct sightings *list = &g->list;
+    double *blur = malloc(((size_t)list->count + 1) * sizeof *blur);
+    if (!blur)
+        return cap_fail(err, STATUS_MEMORY, "no memory for tags");
+    for (int v = 0; v < g->made.views; v++) {
+        int n = 0;
+        for (int i = 0; i < list->count; i++)
+            if (list->sighting[i].view == v && list->sighting[i].refined
+                && !list->sighting[i].rejected)
+                blur[n++] = list->sighting[i].blur;
+        qsort(blur, (size_t)n, sizeof *blur, by_size);
+        g->made.view[v].blur_px = n ? sqrt(fmax(0, blur[n / 2] - 1.0 / 12)) : 0;
+    }
+    free(blur);
+    return STATUS_OK;
+}
+
 // The board: the tags that were used.
 static enum status take_board(struct geometry *g, struct error *err)
 {
@@ -357,6 +383,8 @@ enum status cal_geometry(struct calibration *c, const struct capture *capture, c
         status = final_calibration(&g, err);
     if (!status)
         status = take_tags(&g, err);
+    if (!status)
+        status = take_blur(&g, err);
     if (!status)
         status = take_board(&g, err);
     if (!status) {

@@ -236,7 +236,7 @@ static bool refine_tag(struct sighting *s, const struct refinement *r, int view,
     }
     if (!good)
         return false;
-    *s = (struct sighting){.view = view, .place = place, .refined = true};
+    *s = (struct sighting){.view = view, .place = place, .blur = fit.blur, .refined = true};
     memcpy(s->corner, fit.corner, sizeof s->corner);
     memcpy(s->covariance, fit.covariance, sizeof s->covariance);
     return true;

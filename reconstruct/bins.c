@@ -214,7 +214,7 @@ enum status rec_tally_finish(struct bins *bins, const struct tally *tally, struc
     for (int i = 0; i < rec_grid_bins(tally->grid); i++)
         if (tally->slot[i] && in_every_channel(&tally->sums[tally->slot[i] - 1]))
             bin[count++] = finish_bin(&tally->sums[tally->slot[i] - 1], tally->grid, i);
-    *bins = (struct bins){bin, count, tally->grid};
+    *bins = (struct bins){.bin = bin, .count = count, .grid = tally->grid};
     return STATUS_OK;
 }
 

@@ -5,9 +5,11 @@
  *           mean of cos(theta_i)/r^2: exact where f is linear in the directions over the square.
  *           How far the normals spread is kept, for the bend of f (resolution.c). Gauss-Legendre
  *           points, 3 x 3, exact for polynomials to the fifth degree; where the normal hardly turns
- *           within the square its centre alone does.
- * Limits.   A photosite is left out within one photosite of the outline and of the terminator: the
- *           lens spreads light over about that much, and beyond the edge lies something else.
+ *           within the square its centre alone does. What the lens spreads light over widens the
+ *           square to the same variance.
+ * Limits.   A photosite is left out within one photosite of the outline and of the terminator, or
+ *           as far as the lens spreads light: beyond the edge lies something else. On a mesh the
+ *           outline's one photosite stays one.
  */
 #include "raster.h"
 
@@ -96,14 +98,14 @@ struct looks {
 // the square's second moment is 1/12, so the centre errs by (step / cosines)^2 / 24, 4e-5 of f at
 // most; no photosite is trusted beyond 1e-3 (samples.c).
 WIDE static void take_centers(struct strip *s, struct looks *look, const struct ray_ends *e,
-                              const struct lens_row *lens, vec3 eye)
+                              const struct lens_row *lens, vec3 eye, double square, double margin)
 {
-    const double narrow = 0.03, near = 3;
+    const double narrow = 0.03, near = 3 * (margin > square ? margin / square : 1);
     for (int i = 0; i < LANES; i++) {
         double x = e->m.point.x[i] - eye.x, y = e->m.point.y[i] - eye.y;
         double z = e->m.point.z[i] - eye.z;
         double across = lens->by_u[0][i] * lens->by_u[0][i] + lens->by_u[1][i] * lens->by_u[1][i];
-        double step = s->curvature[i] * sqrt((x * x + y * y + z * z) * across);
+        double step = s->curvature[i] * square * sqrt((x * x + y * y + z * z) * across);
         double cos_i = e->cos_i[i];
         double cos_o = -(e->ray.x[i] * e->m.normal.x[i] + e->ray.y[i] * e->m.normal.y[i]
                          + e->ray.z[i] * e->m.normal.z[i]);
@@ -124,7 +126,7 @@ WIDE static void take_centers(struct strip *s, struct looks *look, const struct 
     memcpy(s->irradiance, e->irradiance, sizeof s->irradiance);
 }
 
-// Eight rays one photosite away: all of them must meet lit sample.
+// Eight rays around, as far as an edge reaches: all of them must meet lit sample.
 static void look_around(struct looks *look, const struct pencil *p)
 {
     static const double s = 0.70710678118654752;
@@ -132,7 +134,7 @@ static void look_around(struct looks *look, const struct pencil *p)
                                         {-1, 0}, {-s, -s}, {0, -1}, {s, -s}};
     struct ray_ends e;
     for (int k = 0; k < 8; k++) {
-        trace(&e, p, offset[k][0], offset[k][1]);
+        trace(&e, p, p->v->margin * offset[k][0], p->v->margin * offset[k][1]);
         for (int i = 0; i < LANES; i++) {
             look->rim[i] = e.m.hit[i] > 0 ? look->rim[i] : 1;
             look->dusk[i] = e.cos_i[i] > 0 ? look->dusk[i] : 1;
@@ -151,7 +153,7 @@ static void look_around_mesh(struct looks *look, const struct pencil *p)
         look->shadowed[i] = p->mesh.shadowed[i];
     }
     for (int k = 0; k < 4; k++) {
-        trace(&e, p, corner[k][0], corner[k][1]);
+        trace(&e, p, p->v->margin * corner[k][0], p->v->margin * corner[k][1]);
         for (int i = 0; i < LANES; i++)
             look->dusk[i] = e.cos_i[i] > 0 ? look->dusk[i] : 1;
     }
@@ -261,7 +263,7 @@ static void average(struct strip *s, const struct pencil *p, const double *wide)
     struct ray_ends e;
     for (int b = 0; b < 3; b++)
         for (int a = 0; a < 3; a++) {
-            trace(&e, p, place[a], place[b]);
+            trace(&e, p, p->v->square * place[a], p->v->square * place[b]);
             add(&sum, &e, weight[a] * weight[b]);
         }
     normalize(&sum.n);
@@ -296,7 +298,7 @@ void rec_strip_footprints(struct strip *s, const struct viewing *v)
     p.v = v;
     if (!begin(s, &p, &center))
         return;
-    take_centers(s, &look, &center, &p.lens, v->eye);
+    take_centers(s, &look, &center, &p.lens, v->eye, v->square, v->margin);
     for (int i = 0; i < LANES; i++)
         edge = edge || (s->hit[i] && look.edge[i] > 0);
     if (v->raster)

@@ -77,6 +77,14 @@ static double median_sigma(const struct bins *bins)
     return median;
 }
 
+static double mean_blur2(const struct calibration *c)
+{
+    double sum = 0;
+    for (int v = 0; v < c->views; v++)
+        sum += c->view[v].blur_px * c->view[v].blur_px;
+    return sum / c->views;
+}
+
 static enum status gather(struct job *j, const char *stage, const struct consensus *consensus,
                           struct samples_file *samples, struct error *err)
 {
@@ -171,6 +179,22 @@ static enum status look_again(struct job *j, struct error *err)
     return status;
 }
 
+// A blunt highlight makes a blunt fit, which sharpens it too little: both, until they agree.
+static enum status sharpen(struct job *j, struct error *err)
+{
+    const double little = 0.2;  // of a bin's noise
+    enum { ROUNDS = 6 };
+    enum status status = STATUS_OK;
+    j->bins.blur2 = j->fine.blur2 = mean_blur2(&j->calibration);
+    for (int k = 0; k < ROUNDS && !status; k++) {
+        double change = rec_bins_sharpen(&j->bins, &j->fits.fit[0]);
+        if (k > 0 && change < little)
+            break;
+        status = rec_fit_again(&j->fits, &j->bins, j->run, err);
+    }
+    return status;
+}
+
 // The leader's: fits, errors and the complete table.
 static enum status conclude(struct job *j, struct error *err)
 {
@@ -179,8 +203,7 @@ static enum status conclude(struct job *j, struct error *err)
     enum status status = rec_fit_again(&j->fits, &j->bins, j->run, err);
     if (status)
         return status;
-    rec_bins_sharpen(&j->bins, &j->fits.fit[0]);
-    status = rec_fit_again(&j->fits, &j->bins, j->run, err);
+    status = sharpen(j, err);
     if (status)
         return status;
     rec_bins_widen(&j->bins, &j->fits.fit[0]);

@@ -1,14 +1,15 @@
 /* resolution.c -- what turns and spreads of direction do to a bin's mean, given a model of f.
  *
- * Sharpen.  A photosite's normals spread evenly about their mean with variances v (towards h, and
- *           across). Averaged so, f is sum of weights times f at n, and n tilted by +-sqrt(1.8 v)
- *           both ways: 1.8 is the kurtosis of an even spread, so the rule is right to the fourth
- *           order. The model's f over its average so corrects the mean. It knows the lobe's width
- *           only as well as the fit does: a fifth of the correction is taken for its sigma.
- * Widen.    A tilt of the normal by t moves f by t df/dtheta_h. Spread over the bin, f's mean is
- *           not f at the centroid: the difference is half the second derivative times the spread
- *           squared, in each of the angles. A bin's samples lie evenly over its widths at most:
- *           (width)^2 / 12; a single sample spreads by nothing, two by half of that.
+ * Sharpen.  A photosite's normals spread about their mean with variances v (towards h, and
+ *           across). Averaged so, f is sum of weights times f at n, and n tilted by +-sqrt(k v)
+ *           both ways, k the kurtosis of the spread, so that the rule is right to the fourth order:
+ *           1.8 of an even one, 3 of a normal one, and between them for a photosite that a lens's
+ *           blur widens. The model's f over its average so corrects the mean. It knows the lobe's
+ * width only as well as the fit does: a fifth of the correction is taken for its sigma. Widen.    A
+ * tilt of the normal by t moves f by t df/dtheta_h. Spread over the bin, f's mean is not f at the
+ * centroid: the difference is half the second derivative times the spread squared, in each of the
+ * angles. A bin's samples lie evenly over its widths at most: (width)^2 / 12; a single sample
+ * spreads by nothing, two by half of that.
  */
 #include "reconstruct.h"
 
@@ -62,9 +63,8 @@ static void eval_tilted(double f[3], const struct fit *fit, half_diff at, int ax
 
 // f [3] averaged over normals that spread by `spread` times what a photosite's do.
 static void blunt(double f[3], const struct bin *b, const struct fit *fit, const double level[3],
-                  double spread)
+                  double spread, double kurtosis)
 {
-    const double kurtosis = 1.8;
     for (int c = 0; c < 3; c++)
         f[c] = (1 - 2 / kurtosis) * level[c];
     for (int axis = 0; axis < 2; axis++)
@@ -76,29 +76,37 @@ static void blunt(double f[3], const struct bin *b, const struct fit *fit, const
         }
 }
 
-static void sharpen(struct bin *b, const struct fit *fit)
+static double sharpen(struct bin *b, const struct fit *fit, double blur2)
 {
     const double most = 0.5;  // beyond, the lobe is not resolved
     // A square's second moment is 1/12. A channel between neighbours is their mean, from one
     // photosite away each way (variance 1/2) or diagonally (1): 0.6 on average, each way.
-    const double lent_spread = (0.6 + 1.0 / 12) * 12;
-    double level[3] = {0}, own[3], lent[3];
+    const double square = 1.0 / 12, between = 0.6, all = square + blur2;
+    const double kurtosis = 3 - 1.2 * (square / all) * (square / all);
+    double level[3] = {0}, own[3], lent[3], change = 0;
     eval_tilted(level, fit, b->centroid, 0, 0);
-    blunt(own, b, fit, level, 1);
+    blunt(own, b, fit, level, 1, kurtosis);
     if (b->lent[0] || b->lent[1] || b->lent[2])
-        blunt(lent, b, fit, level, lent_spread);
+        blunt(lent, b, fit, level, (between + all) / all, kurtosis);
     for (int c = 0; c < 3; c++) {
-        double averaged = b->lent[c] ? lent[c] : own[c];
+        double averaged = b->lent[c] ? lent[c] : own[c], before = b->sharpened[c];
         double ratio = averaged > 0 ? level[c] / averaged : 1;
         b->sharpened[c] = fmin(1 + most, fmax(1 - most, ratio)) - 1;
-        b->mean[c] *= 1 + b->sharpened[c];
+        double by = (1 + b->sharpened[c]) / (1 + before);
+        b->mean[c] *= by;
+        b->noise[c] *= by;
+        if (b->noise[c] > 0)
+            change = fmax(change, fabs(b->mean[c] * (1 - 1 / by)) / b->noise[c]);
     }
+    return change;
 }
 
-void rec_bins_sharpen(struct bins *bins, const struct fit *fit)
+double rec_bins_sharpen(struct bins *bins, const struct fit *fit)
 {
+    double change = 0;
     for (int i = 0; i < bins->count; i++)
-        sharpen(&bins->bin[i], fit);
+        change = fmax(change, sharpen(&bins->bin[i], fit, bins->blur2));
+    return change;
 }
 
 static void align(struct bin *b, const struct fit *fit)
@@ -183,6 +191,6 @@ enum status rec_bins_of_table(struct bins *bins, const struct merl *merl, struct
         if (there)
             bin[count++] = b;
     }
-    *bins = (struct bins){bin, count, rec_merl_grid};
+    *bins = (struct bins){.bin = bin, .count = count, .grid = rec_merl_grid};
     return STATUS_OK;
 }

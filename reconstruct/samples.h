@@ -54,6 +54,8 @@ struct viewing {
     const struct consensus *consensus;  // what is known of f already, may be NULL: nothing
     mat3 view_from_world;
     vec3 eye, lamp_position;
+    double square;          // side of the square that photosite and lens average over, photosites
+    double margin;          // what is this near an edge is mixed with what is beyond, photosites
     double photosite;       // 1.5 photosites, in radians: how near a blocker's edge may be
     double light[3];        // intensity (or irradiance) times power
     double shake;           // 1 sigma of the ray at the sample from the pose, mm

@@ -30,6 +30,10 @@ struct viewing rec_viewing(const struct calibration *calibration, int view,
                      / fmin(calibration->camera[of->camera].focal[0],
                             calibration->camera[of->camera].focal[1]),
     };
+    // A wider square stands for photosite and lens together: it has the same variance. An edge's
+    // light reaches over half a photosite and two sigmas of the lens's.
+    v.square = sqrt(1 + 12 * square(of->blur_px));
+    v.margin = fmax(1, 0.5 + 2 * of->blur_px);
     if (!lamp->at_infinity)
         v.lamp_position = cal_lamp_position(lamp, of->view_from_world);
     double dimming2 = square(of->sigma_power / of->power);

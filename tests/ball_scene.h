@@ -119,4 +119,29 @@ static inline void free_scene(struct scene *s)
     free(s);
 }
 
+// The lens's blur: five photosites each way, of the weights of a normal distribution. Returns their
+// standard deviation, which is the blur's.
+static inline double blur(struct scene *s, double sigma)
+{
+    enum { REACH = 5 };
+    double weight[2 * REACH + 1], sum = 0, moment = 0;
+    float *blurred = calloc(3 * WIDTH * HEIGHT, sizeof(float));
+    for (int k = -REACH; k <= REACH; k++) {
+        weight[k + REACH] = exp(-0.5 * k * k / (sigma * sigma));
+        sum += weight[k + REACH];
+        moment += k * k * weight[k + REACH];
+    }
+    for (int i = 0; i < 3 * WIDTH * HEIGHT; i++) {
+        int x = i / 3 % WIDTH, y = i / 3 / WIDTH;
+        for (int k = 0; k < (2 * REACH + 1) * (2 * REACH + 1); k++) {
+            int u = x + k % (2 * REACH + 1) - REACH, v = y + k / (2 * REACH + 1) - REACH;
+            double w = weight[k % (2 * REACH + 1)] * weight[k / (2 * REACH + 1)] / (sum * sum);
+            if (u >= 0 && u < WIDTH && v >= 0 && v < HEIGHT)
+                blurred[i] += (float)w * s->map.value[3 * (v * WIDTH + u) + i % 3];
+        }
+    }
+    free(s->map.value);
+    s->map.value = blurred;
+    return sqrt(moment / sum);
+}
 #endif

@@ -18,8 +18,8 @@ static inline double made_chance(int i, int k)
 static inline struct bins made_bins(const struct model *model, const double *value, int stride,
                                     double noise)
 {
-    struct bins bins = {malloc((size_t)(MERL_BINS / stride + 1) * sizeof(struct bin)), 0,
-                        rec_merl_grid};
+    struct bins bins = {.bin = malloc((size_t)(MERL_BINS / stride + 1) * sizeof(struct bin)),
+                        .grid = rec_merl_grid};
     for (int i = stride / 2; i < MERL_BINS; i += stride) {
         struct bin b = {.index = i, .count = 1, .centroid = rec_merl_center(i)};
         vec3 wi, wo;

@@ -33,6 +33,7 @@ MATRIX = {
     "matt": ({"sample.material": {"model": "lambert", "albedo": [0.5, 0.3, 0.2]}}, 0.05, 0.5, 0.7, 2.5),
     "rough matt": ({"sample.material": {"model": "oren_nayar", "albedo": [0.5, 0.3, 0.2], "sigma": 0.4}}, 0.05, 0.5, 0.7, 2.5),
     "glossy": ({"sample.material": dict(PLASTIC, alpha=0.08)}, 0.05, 0.5, 0.7, 2.5),
+    "glossy, soft lens": ({"sample.material": dict(PLASTIC, alpha=0.08), "camera.blur_px": 0.8}, 0.06, 0.5, 0.8, 3),
     "gaussian gloss": ({"sample.material": dict(PLASTIC, model="beckmann")}, 0.05, 0.5, 0.7, 2.5),
     "metal": ({"sample.material": {"model": "ggx_conductor", "eta": [0.2, 0.92, 1.1], "k": [3.9, 2.45, 2.2],
                                    "alpha": 0.3}}, 0.05, 0.5, 0.7, 2.5),

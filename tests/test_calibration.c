@@ -53,11 +53,12 @@ static struct view views[2] = {
      1.0142,
      1e-3,
      0.02,
+     0.31,
      {0.015, 0, 0.0025},
      0.0004,
      tags,
      2},
-    {"1e5", 0, 0, {{1, 2, 3}, {4, 5, 6}}, {0}, {0}, 0.98, 0, 0, {0}, 0, NULL, 0}};
+    {"1e5", 0, 0, {{1, 2, 3}, {4, 5, 6}}, {0}, {0}, 0.98, 0, 0, 0, {0}, 0, NULL, 0}};
 static struct lamp lamps[2] = {
     {"lamp0",
      true,
@@ -105,7 +106,7 @@ static void assert_same_views(const struct view *a, const struct view *b)
     assert_memory_equal(a->sigma_rotation, b->sigma_rotation, sizeof a->sigma_rotation);
     assert_memory_equal(a->sigma_translation, b->sigma_translation, sizeof a->sigma_translation);
     assert_true(a->power == b->power && a->sigma_power == b->sigma_power);
-    assert_true(a->rms_px == b->rms_px);
+    assert_true(a->rms_px == b->rms_px && a->blur_px == b->blur_px);
     assert_memory_equal(a->glare, b->glare, sizeof a->glare);
     assert_true(a->sigma_glare == b->sigma_glare);
     assert_int_equal(a->tags, b->tags);

@@ -52,6 +52,46 @@ static void test_an_averaged_highlight_comes_back(void **state)
     assert_near(b.mean[0] / level[0], 1, 1e-3);
 }
 
+// A blur much wider than the photosite spreads normals normally: 81 x 81 of them over 4 sigmas. A
+// second call with the same model changes nothing; one with another replaces what the first did.
+static void test_a_blurred_highlight_comes_back(void **state)
+{
+    (void)state;
+    struct fit fit = fit_of("ggx"), wrong = fit_of("ggx");
+    half_diff at = {0.03, 0.3, 1};
+    struct bin b = bin_at(at);
+    const double sigma = 0.02;
+    double level[3], sum[3] = {0}, weights = 0;
+    vec3 w[2];
+    for (int i = -40; i <= 40; i++)
+        for (int j = -40; j <= 40; j++) {
+            double f[3], tilt = sigma * j / 10, weight = exp(-0.005 * (i * i + j * j));
+            rec_directions((half_diff){at.theta_h - sigma * i / 10, at.theta_d, at.phi_d}, &w[0],
+                           &w[1]);
+            for (int k = 0; k < 2; k++)
+                w[k] = (vec3){w[k].x, w[k].y * cos(tilt) - w[k].z * sin(tilt),
+                              w[k].y * sin(tilt) + w[k].z * cos(tilt)};
+            fit.model->eval(fit.value, w[0], w[1], f);
+            weights += weight;
+            for (int c = 0; c < 3; c++)
+                sum[c] += weight * f[c];
+        }
+    rec_directions(at, &w[0], &w[1]);
+    fit.model->eval(fit.value, w[0], w[1], level);
+    for (int c = 0; c < 3; c++) {
+        b.mean[c] = sum[c] / weights;
+        b.noise[c] = 0.01 * b.mean[c];
+    }
+    b.spread[0] = b.spread[1] = sigma * sigma;
+    struct bins bins = {.bin = &b, .count = 1, .blur2 = 10};
+    wrong.value[3] = 0.2;
+    assert_true(b.mean[0] / level[0] < 0.93);  // there is something to undo
+    rec_bins_sharpen(&bins, &wrong);
+    rec_bins_sharpen(&bins, &fit);
+    assert_near(b.mean[0] / level[0], 1, 4e-3);
+    assert_near(rec_bins_sharpen(&bins, &fit), 0, 1e-9);
+}
+
 static void test_a_matte_surface_has_nothing_to_sharpen(void **state)
 {
     (void)state;
@@ -90,6 +130,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_an_averaged_highlight_comes_back),
+        cmocka_unit_test(test_a_blurred_highlight_comes_back),
         cmocka_unit_test(test_a_matte_surface_has_nothing_to_sharpen),
         cmocka_unit_test(test_tilt_times_slope_enters_sigma),
     };

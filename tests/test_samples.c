@@ -31,6 +31,34 @@ static void test_lambert_comes_back(void **state)
     free_scene(s);
 }
 
+// What the lens spreads light over is averaged like the photosite's own square; a little of the
+// dark beyond the edges, more than two sigmas away, comes along.
+static void test_blur_is_averaged(void **state)
+{
+    (void)state;
+    struct scene *s = make_scene("lambert", grey);
+    int used = 0;
+    shoot(s);
+    s->view.blur_px = blur(s, 0.8);
+    assert_near(s->view.blur_px, 0.8, 0.01);
+    struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            reflectance_sample a;
+            bool hit;
+            if (sample_at(&a, &v, &s->map, x, y, &hit))
+                continue;
+            vec3 wi, wo;
+            rec_directions(a.angles, &wi, &wo);
+            bool inner = wo.z > 0.5 && wi.z > 0.3;
+            for (int c = 0; c < 3; c++)
+                assert_near(a.f[c] * CAP_PI / grey[c], 1, inner ? 5e-4 : 3e-2);
+            used++;
+        }
+    assert_true(used > 1200);
+    free_scene(s);
+}
+
 // A highlight is averaged over the photosite: only the model's bend over it is left, and that is
 // what spread[] tells.
 static void test_gloss_comes_back_to_its_bend(void **state)
@@ -235,6 +263,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_lambert_comes_back),
+        cmocka_unit_test(test_blur_is_averaged),
         cmocka_unit_test(test_gloss_comes_back_to_its_bend),
         cmocka_unit_test(test_fates),
         cmocka_unit_test(test_systematic_errors_are_derivatives),

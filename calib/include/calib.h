@@ -54,6 +54,7 @@ struct view {
     double sigma_rotation[3], sigma_translation[3];
     double power, sigma_power;
     double rms_px;
+    double blur_px;  // 1 sigma of the lens's point spread each way, by the tags; 0: not seen
     // Shares of light that the lens spreads over the image (glare.h), taken off its map wherever it
     // is read, and the standard deviation of their sum. 0 where the tags' ink does not tell of any.
     double glare[GLARE_TERMS], sigma_glare;

@@ -43,6 +43,7 @@ struct bins {
     struct bin *bin;
     int count;
     struct grid grid;  // {0} is MERL's
+    double blur2;      // variance that the lens adds to a photosite's 1/12, px^2: mean over shots
 };
 static inline struct grid rec_grid_of(const struct bins *bins)
 {
@@ -91,8 +92,9 @@ enum status rec_fit_again(struct fits *fits, const struct bins *bins, struct run
  *  What the fit does not tell, a channel that it has at 0, stays. Again does nothing more. */
 void rec_bins_align(struct bins *bins, const struct fit *fit);
 /** A photosite averages f over the normals it spans, which blunts a highlight: multiply the means
- *  by f / (f so averaged) of a fit (method: resolution.c). Once for any bins. */
-void rec_bins_sharpen(struct bins *bins, const struct fit *fit);
+ *  by f / (f so averaged) of a fit (method: resolution.c), in place of what an earlier call
+ *  multiplied them by. Returns the largest change of a mean, in units of its noise. */
+double rec_bins_sharpen(struct bins *bins, const struct fit *fit);
 /** Complete bin.sigma with what a fit tells: errors of theta_h times the slope of f, the bend of f
  *  across the bin, and a fifth of what rec_bins_sharpen changes. */
 void rec_bins_widen(struct bins *bins, const struct fit *fit);

@@ -6,8 +6,8 @@
 Renders each scene, reconstructs it, and compares the measured bins with the scene's material at their centroids: by the
 larger of theta_i and theta_o, the median and 95 % of the relative error and its signed median, in per cent; the share
 within 1 and 2 standard errors (0.68 and 0.95 wanted); how many bins were measured; the sample's centre, mm, and the
-worst lamp, % of its distance. NAME: files of samples/ without ending, or rows of tests/round_trip_matrix.py; default
-all. --keep: leave CAPTURE and OUT there.
+worst lamp, % of its distance. NAME: files of samples/ without ending, rows of tests/round_trip_matrix.py, or
+of MORE below; default all. --keep: leave CAPTURE and OUT there.
 """
 import argparse
 import glob
@@ -28,6 +28,67 @@ import round_trip_matrix as M
 import truth as T
 
 BANDS = ((0, 60), (60, 75), (75, 85))
+
+
+GGX = M.PLASTIC
+FLASH = {"lights": [{"name": "flash", "on_camera": True, "position": [95, -40, 10]}]}
+# A sensor of a hundredth of the usual noise's variance, and four times the photosites: what is left is systematic.
+QUIET = {"sensor": {"electrons": 5e9, "full_well": 1e7, "dn_per_electron": 0.006, "adc_max": 65000, "read_noise": 20,
+                    "black_level": 512}}
+FINE = dict(QUIET, **{"camera.size": [1280, 860], "camera.center_px": [644.2, 425.2]})
+# More kinds than the tests have time for, as changes of samples/tiny.yaml: what no fit's family holds, what is dark, what
+# mirrors, lamps that are large, near or many, other sensors and files.
+MORE = {
+    "mirror-like": {"sample.material": dict(GGX, alpha=0.03)},
+    "mirror-like, lit board": {"sample.material": dict(GGX, alpha=0.03), "bounces": 1},
+    "glossy, lit board": {"sample.material": dict(GGX, alpha=0.08), "bounces": 1},
+    "black": {"sample.material": dict(GGX, albedo=[0.01, 0.008, 0.012])},
+    "black, lit board": {"sample.material": dict(GGX, albedo=[0.01, 0.008, 0.012]), "bounces": 1},
+    "white, lit board": {"sample.material": {"model": "lambert", "albedo": [0.9, 0.85, 0.8]}, "bounces": 1},
+    "polished metal": {"sample.material": {"model": "ggx_conductor", "eta": [0.2, 0.92, 1.1], "k": [3.9, 2.45, 2.2],
+                                           "alpha": 0.1}},
+    "metal, lit board": {"sample.material": {"model": "ggx_conductor", "eta": [0.2, 0.92, 1.1], "k": [3.9, 2.45, 2.2],
+                                             "alpha": 0.2}, "bounces": 1},
+    "two lobes": {"sample.material": [dict(GGX, alpha=0.08, scale=0.5), dict(GGX, alpha=0.4)]},
+    "velvet": {"sample.material": {"model": "disney", "base": [0.2, 0.05, 0.1], "metallic": 0, "roughness": 0.8, "specular": 0.2,
+                                   "specular_tint": 0, "sheen": 1, "sheen_tint": 0.5, "subsurface": 0.6, "clearcoat": 0,
+                                   "clearcoat_gloss": 0}},
+    "lacquer": {"sample.material": {"model": "disney", "base": [0.3, 0.05, 0.02], "metallic": 0.3, "roughness": 0.5,
+                                    "specular": 0.5, "specular_tint": 0, "sheen": 0, "sheen_tint": 0, "subsurface": 0,
+                                    "clearcoat": 1, "clearcoat_gloss": 0.6}},
+    "retro-reflector": {"sample.material": {"model": "lafortune", "albedo": [0.2, 0.2, 0.1], "cxy": [0.6, 0.6, 0.6],
+                                            "cz": [0.6, 0.6, 0.6], "n": [8, 8, 8]}},
+    "phong": {"sample.material": {"model": "blinn_phong", "kd": [0.05, 0.08, 0.1], "ks": [0.3, 0.3, 0.3], "ke": [60, 60, 60]}},
+    "sgd": {"sample.material": {"model": "sgd", "rhoD": [0.05, 0.1, 0.2], "rhoS": [0.15, 0.15, 0.15],
+                                "alpha": [0.02, 0.02, 0.02], "p": [0.7, 0.7, 0.7], "F0": [0.1, 0.1, 0.1], "F1": [0, 0, 0],
+                                "lambda": [1, 1, 1], "c": [1, 1, 1], "k": [6, 6, 6], "theta0": [0.6, 0.6, 0.6]}},
+    "large bulb": {"lights": [{"name": "bulb", "azimuth_deg": 272, "elevation_deg": 30, "distance": 600, "radius": 20}]},
+    "glossy, large bulb": {"sample.material": dict(GGX, alpha=0.08), "lights": [
+        {"name": "bulb", "azimuth_deg": 272, "elevation_deg": 30, "distance": 600, "radius": 20}]},
+    "near lamp": {"lights": [{"name": "lamp", "azimuth_deg": 272, "elevation_deg": 40, "distance": 250, "intensity": 2e4}]},
+    "distant lamp": {"lights": [{"name": "sun", "distant": True, "direction": [0.03, -0.82, 0.57], "intensity": 0.28}]},
+    "beam": {"lights": [{"name": "spot", "azimuth_deg": 272, "elevation_deg": 30, "distance": 600, "beam": [0, 0.85, -0.5],
+                         "beam_exponent": 4}]},
+    "two patches": {"patch": [{"center": [56, 2], "size": 32}, {"center": [-58, 6], "size": 26, "albedo": 0.5}]},
+    "raw, lit board": {"sensor": M.RAW, "files": "dng", "bounces": 1},
+    "raw, glossy": {"sensor": M.RAW, "files": "dng", "sample.material": dict(GGX, alpha=0.08)},
+    "jpeg, lit board": {"files": "jpeg", "bounces": 1},
+    "jpeg, glossy": {"files": "jpeg", "sample.material": dict(GGX, alpha=0.08)},
+    "blur": {"camera.blur_px": 0.8},
+    "glossy cylinder": {"sample": dict(M.CYLINDER, material=dict(GGX, alpha=0.1))},
+    "cylinder, flash": dict(FLASH, sample=dict(M.CYLINDER, material=GGX)),
+    "glossy mesh": {"sample": dict(M.VASE, material=dict(GGX, alpha=0.1))},
+    "small ball": {"sample.radius": 12, "sample.center": [-0.5, 0.4, 31.8], "sample.nominal_center": [0, 0, 32]},
+    "power jitter": {"power_jitter": 0.02},
+    "uneven pixels": {"sensor": {"prnu": 0.01, "hot_fraction": 0.001}},
+    "glare": {"camera.glare": 0.003},
+    "quiet": QUIET,
+    "fine": FINE,
+    "fine, glossy": dict(FINE, **{"sample.material": dict(GGX, alpha=0.08)}),
+    "fine, matt": dict(FINE, **{"sample.material": {"model": "lambert", "albedo": [0.5, 0.3, 0.2]}}),
+    "fine, lit board": dict(FINE, bounces=1),
+    "room light": {"ambient": 2e-4},
+}
 
 
 def model_file(material, path):
@@ -110,7 +171,7 @@ def scenes():
     for path in sorted(glob.glob(os.path.join(TOP, "samples/*.yaml"))):
         yield os.path.basename(path)[:-5], yaml.safe_load(open(path))
     tiny = yaml.safe_load(open(os.path.join(TOP, "samples/tiny.yaml")))
-    for name, (changes, *_) in M.MATRIX.items():
+    for name, changes in [(n, row[0]) for n, row in M.MATRIX.items()] + list(MORE.items()):
         yield name, M.changed(tiny, changes)
 
 
