@@ -167,6 +167,8 @@ static const struct option calibrate_options[] = {
 const struct command cal_commands[] = {
     {"calibrate", "CAPTURE -o OUT", "find cameras, poses, sample and lamps", calibrate_options,
      run_calibrate},
+    {"init", "PHOTOS --tag-size MM", "a first capture.yaml from the photographs", init_options,
+     run_init},
     {"board", "-o PDF > capture.yaml", "a board to print, and its capture.yaml on stdout",
      board_options, run_board},
     {"export-calibration", "CALIBRATION --to FORMAT -o OUT", "calibration.yaml for other programs",

@@ -13,8 +13,7 @@ const struct option board_options[] = {
     {0},
 };
 
-/** The positive number that an option gives, or 0 without it. false: it is none; it is told. */
-static bool option_length(const struct arguments *args, const char *name, double *value)
+bool option_length(const struct arguments *args, const char *name, double *value)
 {
     const char *text = cap_option(args, name);
     char *end;
@@ -24,7 +23,7 @@ static bool option_length(const struct arguments *args, const char *name, double
     *value = strtod(text, &end);
     if (end != text && !*end && *value > 0 && *value < 1e5)
         return true;
-    fprintf(stderr, "goniocam board: --%s wants a length in mm, not '%s'\n", name, text);
+    fprintf(stderr, "goniocam: --%s wants a length in mm, not '%s'\n", name, text);
     return false;
 }
 

@@ -287,9 +287,9 @@ static enum status check_folder(const char *folder, const char *yaml, struct err
                         folder);
     if (access(yaml, F_OK) != 0)
         return cap_fail(err, STATUS_IO,
-                        "%s: there is no capture.yaml in this folder: write what the board, the "
-                        "sample and the white patch are (`goniocam board` prints the board's part)",
-                        folder);
+                        "%s: there is no capture.yaml in this folder: `goniocam init %s --tag-size "
+                        "MM` writes one from the photographs, with what is to be filled in marked",
+                        folder, folder);
     return STATUS_OK;
 }
 
@@ -316,6 +316,61 @@ enum status cap_capture_read(struct capture *capture, const char *folder, struct
     capture_yaml_free(&yaml);
     cap_capture_free(&made);
     return status;
+}
+
+// 1: a photograph of the folder has a name like that; 0: none has.
+static unsigned has_match(const char *folder, char *glob)
+{
+    DIR *entries = opendir(folder);
+    bool found = false;
+    for (struct dirent *e; entries && !found && (e = readdir(entries));)
+        found = is_image_name(e->d_name) && capture_yaml_matches(&glob, 1, e->d_name);
+    if (entries)
+        closedir(entries);
+    return found;
+}
+
+enum status cap_capture_of_photos(struct capture *capture, const char *folder, struct run *run,
+                                  struct error *err)
+{
+    static char flat[] = "flat*", dark[] = "dark*", ambient[] = "ambient*";
+    char *flats[] = {flat}, *darks[] = {dark}, *ambients[] = {ambient};
+    struct capture_yaml_root root = {.goniocam = 1,
+                                     .flat = flats,
+                                     .dark = darks,
+                                     .ambient = ambients,
+                                     .flats = has_match(folder, flat),
+                                     .darks = has_match(folder, dark),
+                                     .ambients = has_match(folder, ambient)};
+    struct capture_yaml yaml = {.root = &root};
+    struct capture made = {.folder = strdup(folder)};
+    enum status status =
+        made.folder ? fill(&made, &yaml, run, err) : cap_fail(err, STATUS_MEMORY, "%s", folder);
+    if (!status) {
+        *capture = made;
+        made = (struct capture){0};  // the caller's now
+    }
+    cap_capture_free(&made);
+    return status;
+}
+
+void cap_capture_thin(struct capture *capture, int most)
+{
+    int kept = 0, shots = capture->shots;
+    for (int k = 0; k < shots; k++) {
+        struct shot *shot = &capture->shot[k];
+        bool keep =
+            shots <= most || (long)k * most / shots != (long)(k - 1) * most / shots || k == 0;
+        for (int i = 0; i < shot->photos; i++)
+            capture->photo[shot->photo[i]].shot = keep ? kept : -1;
+        if (keep) {
+            capture->shot[kept++] = *shot;
+        } else {
+            free(shot->name);
+            free(shot->photo);
+        }
+    }
+    capture->shots = kept;
 }
 
 static void free_frames(struct frame_names *frames)

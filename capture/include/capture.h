@@ -158,6 +158,12 @@ struct capture {
  *  what is wrong), STATUS_DATA (no exposure time; a photograph under no lamp or two; ...). */
 enum status cap_capture_read(struct capture *capture, const char *folder, struct run *run,
                              struct error *err);
+/** A folder of photographs as if it had no capture.yaml: all that EXIF and names tell. Files called
+ *  flat*, dark* and ambient* are taken for such frames. As cap_capture_read(). */
+enum status cap_capture_of_photos(struct capture *capture, const char *folder, struct run *run,
+                                  struct error *err);
+/** Keep at most so many shots, spread evenly; the photographs of the others belong to no shot. */
+void cap_capture_thin(struct capture *capture, int most);
 /** Put shots and photographs in an order of what the files hold, so that what is computed from them
  *  is the same to the last bit whatever they are called. STATUS_IO, STATUS_MEMORY. */
 enum status cap_capture_settle(struct capture *capture, struct run *run, struct error *err);
