@@ -9,7 +9,7 @@
 
 const struct option init_options[] = {
     {"tag-size", "MM", "side of a tag's black square, measured on the print", 's'},
-    {"family", "NAME", "AprilTag family (default: the one that most tags are of)", 0},
+    {"family", "NAME", "AprilTag family (default: the one in the photographs)", 0},
     {"output", "FILE", "where to (default: capture.yaml beside the photographs)", 'o'},
     {0},
 };

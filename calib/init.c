@@ -21,7 +21,7 @@ void init_free(struct init_finding *finding)
 
 /* ---- the family ------------------------------------------------------------------------------ */
 
-// Tags of few bits are also seen where there are none: these are the margins of true ones.
+// Tags of few bits are also seen where there are none: true ones are decoded by such a margin.
 static const double TRUE_MARGIN = 30;
 
 static enum status count_tags(int *count, const char *family, struct capture *capture,
@@ -41,16 +41,18 @@ static enum status count_tags(int *count, const char *family, struct capture *ca
     return status;
 }
 
-// The family that most tags of a map are of.
+// The first family of which a map shows tags enough, or else the one of which it shows most. The
+// last ones are rare, and AprilTag's tables for them take seconds.
 static enum status find_family(char family[32], struct capture *capture, const struct radiance *map,
                                struct error *err)
 {
-    static const char *const families[] = {"tag36h11",         "tagStandard41h12", "tag25h9",
-                                           "tagStandard52h13", "tagCircle21h7",    "tagCircle49h12",
-                                           "tagCustom48h12",   "tag16h5"};
+    static const char *const families[] = {"tag36h11",       "tag25h9",         "tagStandard41h12",
+                                           "tagCircle21h7",  "tag16h5",         "tagCircle49h12",
+                                           "tagCustom48h12", "tagStandard52h13"};
+    const int enough = 4;
     int most = 0;
     enum status status = STATUS_OK;
-    for (size_t k = 0; k < sizeof families / sizeof *families && !status; k++) {
+    for (size_t k = 0; k < sizeof families / sizeof *families && !status && most < enough; k++) {
         int count;
         status = count_tags(&count, families[k], capture, map, err);
         if (!status && count > most) {

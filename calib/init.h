@@ -12,7 +12,7 @@ struct init_finding {
 };
 void init_free(struct init_finding *finding);
 
-/** Look for tags of a family (NULL: of the known one that most are of) whose black squares are
+/** Look for tags of a family (NULL: of the one that the photographs show) whose black squares are
  *  `size` mm wide, and find their places. The world becomes the board's: its origin in the middle
  *  of the tags, z their mean normal, x the right of the tag with the lowest id. Radiance maps are
  *  made in the folder `scratch`. STATUS_DATA: no tags; others of cap_capture_read and

@@ -19,10 +19,16 @@ static void write_photographs(FILE *to, const struct capture *c)
     }
 }
 
+static double rounded(double x, int digits)
+{
+    double unit = pow(10, digits);
+    return round(x * unit) / unit + 0.0;  // never -0
+}
+
 static void write_vector(FILE *to, const char *key, vec3 v, int digits)
 {
-    fprintf(to, "%s: [%.*f, %.*f, %.*f]", key, digits, v.x + 0.0, digits, v.y + 0.0, digits,
-            v.z + 0.0);
+    fprintf(to, "%s: [%.*f, %.*f, %.*f]", key, digits, rounded(v.x, digits), digits,
+            rounded(v.y, digits), digits, rounded(v.z, digits));
 }
 
 // Along the board's own axes to a quarter of a milliradian, which is what files say without axes.
@@ -62,7 +68,7 @@ static void write_board(FILE *to, const struct init_finding *f, double size)
             fprintf(to, ", ");
             write_vector(to, "y_axis", p->y_axis, 6);
         }
-        fprintf(to, "}   # in %d of the shots that were looked at\n", c->tag[i].views);
+        fprintf(to, "}   # seen in %d shots\n", c->tag[i].views);
     }
 }
 
