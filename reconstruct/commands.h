@@ -13,5 +13,10 @@ int rec_run_report(const struct arguments *args);
 /** "export BRDF --to FORMAT" and its options. */
 extern const struct option rec_export_options[];
 int rec_run_export(const struct arguments *args);
+/** "check BRDF". */
+int rec_run_check(const struct arguments *args);
+/** "compare A B" and its options. */
+extern const struct option rec_compare_options[];
+int rec_run_compare(const struct arguments *args);
 
 #endif

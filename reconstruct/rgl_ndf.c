@@ -1,14 +1,16 @@
-/* rgl_ndf.c -- a distribution of normals from the light that a BRDF sends straight back.
+/* rgl_ndf.c -- a distribution of normals for RGL files.
  *
  *      f(w, w) = D(w) / (4 cos(theta) sigma(w))       sigma(w) = integral of D(m) max(0, w.m)
  *
  * Method.   Of mirrors all alike D is a fixed point of D -> 4 f cos sigma[D]: the leading
- * eigenvector of a kernel of not negative values, found by power iteration (Dupuy et al.). The part
- * of D above its level far from the highlight is raised to the same weight as the rest, its root
- *           spreads over the highlight's flanks, and a constant part covers what no
- * retro-reflection tells. Source.   J. Dupuy, E. Heitz, J.-C. Iehl, P. Poulin, V. Ostromoukhov,
- * "Extracting Microfacet-Based BRDF Parameters from Arbitrary Materials with Power Iterations",
- * EGSR 2015; Dupuy and Jakob 2018.
+ *           eigenvector of a kernel of not negative values, found by power iteration (Dupuy et
+ *           al.). It alone would give hardly a node to the flanks of a highlight, where f falls by
+ *           decades, and to the ground beside it. So most of D is made for the grid: as many nodes
+ *           for each step of u(theta) as ln f changes there, at the steepest of several difference
+ *           angles, and as many again evenly.
+ * Source.   J. Dupuy, E. Heitz, J.-C. Iehl, P. Poulin, V. Ostromoukhov, "Extracting Microfacet-
+ *           Based BRDF Parameters from Arbitrary Materials with Power Iterations", EGSR 2015; Dupuy
+ *           and Jakob 2018.
  */
 #include "rgl_ndf.h"
 
@@ -89,36 +91,70 @@ static void iterate(double ndf[N], const double back[N])
     }
 }
 
-// What stands above the level that D has between 45 and 80 degrees.
-static void find_peak(double peak[N], const double ndf[N])
+// ln f at theta_h and theta_d, of the mean of the channels; phi_d is 90 degrees, where both
+// directions are above the horizon at any theta_h.
+static double log_f(const struct brdf *brdf, double theta_h, double theta_d)
 {
-    double level = INFINITY;
+    const double limit = 89.5 * CAP_PI / 180, floor = 1e-9;
+    vec3 wi, wo;
+    double f[3];
+    rec_directions((half_diff){fmin(theta_h, limit), theta_d, CAP_PI / 2}, &wi, &wo);
+    rec_brdf_eval(brdf, wi, wo, f);
+    return log(floor + (f[0] + f[1] + f[2]) / 3);
+}
+
+/** How fast ln f changes with u at the nodes, at the difference angle where it changes most; its
+ *  integral over u is returned. *flat is where it has changed by a tenth from the normal on. */
+static double find_rate(double rate[N], double *flat, const struct brdf *brdf)
+{
+    static const double theta_d_deg[] = {0.5, 45, 70, 80};
+    double sum = 0;
+    *flat = 1;
     for (int i = 0; i < N; i++)
-        if (theta_of(i) > CAP_PI / 4 && theta_of(i) < 80 * CAP_PI / 180)
-            level = fmin(level, ndf[i]);
+        rate[i] = 0;
+    for (size_t k = 0; k < sizeof theta_d_deg / sizeof *theta_d_deg; k++) {
+        double theta_d = theta_d_deg[k] * CAP_PI / 180, value[N];
+        for (int i = 0; i < N; i++)
+            value[i] = log_f(brdf, theta_of(i), theta_d);
+        for (int i = 1; i < N - 1; i++) {
+            rate[i] = fmax(rate[i], fabs(value[i + 1] - value[i - 1]) * (N - 1) / 2);
+            if (fabs(value[i] - value[0]) > 0.1)
+                *flat = fmin(*flat, i / (N - 1.0));
+        }
+    }
     for (int i = 0; i < N; i++)
-        peak[i] = fmax(0, ndf[i] - level);
+        sum += rate[i] / (N - 1);
+    return sum;
+}
+
+// Neighbours share, so that one kink does not take all nodes.
+static void smooth(double value[N])
+{
+    for (int round = 0; round < 4; round++) {
+        double before = value[0];
+        for (int i = 1; i < N - 1; i++) {
+            double here = value[i];
+            value[i] = 0.25 * before + 0.5 * here + 0.25 * value[i + 1];
+            before = here;
+        }
+    }
 }
 
 void rec_rgl_ndf(double ndf[N], const struct brdf *brdf)
 {
-    double back[N], peak[N], flank[N], even[N], greatest = 0;
+    double back[N], rate[N], nodes[N], flat;
     for (int i = 0; i < N; i++)
         back[i] = sent_back(brdf, theta_of(i));
     iterate(ndf, back);
-    find_peak(peak, ndf);
-    bool highlight = rec_rgl_projected_area(peak, 0) > 1e-4;
-    normalise(peak);
+    double change = fmax(1, find_rate(rate, &flat, brdf));
+    smooth(rate);
+    // Nodes are even in u where D u sin(theta) is; towards the normal D becomes flat, as f is.
+    flat = fmin(fmax(flat / 3, 1.0 / N), 0.2);
+    double level = flat * sin(rec_rgl_theta(flat));
     for (int i = 0; i < N; i++)
-        greatest = fmax(greatest, peak[i]);
+        nodes[i] = (1 + rate[i] / change) / (i / (N - 1.0) * sin(theta_of(i)) + level);
+    normalise(nodes);
     for (int i = 0; i < N; i++)
-        flank[i] = sqrt(peak[i] / greatest);
-    normalise(flank);
-    for (int i = 0; i < N; i++)
-        even[i] = 1 / (i / (N - 1.0) * sin(theta_of(i)) + 1e-2);
-    normalise(even);
-    for (int i = 0; i < N; i++)
-        ndf[i] = highlight ? 0.25 * peak[i] + 0.2 * flank[i] + 0.1 * ndf[i] + 0.45 * even[i]
-                           : 0.3 * ndf[i] + 0.7 * even[i];
+        ndf[i] = 0.1 * ndf[i] + 0.9 * nodes[i];
     normalise(ndf);
 }

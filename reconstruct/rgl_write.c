@@ -3,13 +3,13 @@
  * Method.   The file's functions are those of Dupuy and Jakob: ndf is a distribution of normals D
  *           whose projected area is 1 straight down; sigma its projected area for each direction of
  *           the light; vndf the visible normals D <wi.m> / sigma, as a density on the unit square
- * of (u(theta_m), u(phi_m - phi_i)); rgb what remains of f cos(theta_o) after ndf / (4 sigma), at
- * the nodes s of the square that vndf bends onto the normals; luminance the density over s that
- * makes samples follow f cos(theta_o). Whatever D is, rgb makes the product exact at the nodes; D
- * decides how many nodes a part of the lobe gets. It is half the distribution that explains the
- * light sent straight back (the power iteration of rgl_ndf.c), half broader ones, so that the
- * flanks of a highlight and a matt ground have nodes too. Accuracy. tests/rgl.py reads the files
- * with code of its own and holds them to 1 % (median) and 5 % (95 %) of the BRDF.
+ *           of (u(theta_m), u(phi_m - phi_i)); rgb what remains of f cos(theta_o) after ndf / (4
+ *           sigma), at the nodes s of the square that vndf bends onto the normals; luminance the
+ *           density over s that makes samples follow f cos(theta_o).
+ *           Whatever D is, rgb makes the product exact at the nodes; D decides how many nodes a
+ *           part of the lobe gets (rgl_ndf.c).
+ * Accuracy. tests/rgl.py reads the files with code of its own and holds them to 1 % (median) and
+ *           5 % (95 %) of the BRDF.
  */
 #include "rgl.h"
 #include "rgl_ndf.h"
@@ -21,9 +21,9 @@
 
 enum {
     THETAS = 37,     // of the light, closer together towards grazing
-    SQUARE_X = 128,  // nodes of rgb and luminance over s
-    SQUARE_Y = 65,
-    VISIBLE_X = 181,  // nodes of vndf over u(theta_m), u(phi_m - phi_i)
+    SQUARE_X = 160,  // nodes of rgb and luminance over s
+    SQUARE_Y = 81,
+    VISIBLE_X = RGL_NDF,  // nodes of vndf over u(theta_m), u(phi_m - phi_i)
     VISIBLE_Y = 65,
     SIGMA = 64,
     NODES = SQUARE_X * SQUARE_Y,

@@ -6,7 +6,7 @@ the paper and its supplement. Held against the BRDF's own table: within 1 % in t
 both in rgb and, through the colour matching functions, in the spectral file; and the density by which renderers draw
 directions integrates to 1.
 
-    tests/rgl.py GONIOCAM PROJECT [--all]
+    tests/rgl.py GONIOCAM PROJECT [PUBLISHED.json: all SGD materials of it too]
 """
 import json
 import os
@@ -176,7 +176,7 @@ def spectra_to_rgb(wavelengths, spectra):
     return np.array([np.interp(nm, wavelengths, s) for s in spectra]) @ rgb.T
 
 
-def check_density(material, goniocam):
+def check_density(material):
     """Integrals over the hemisphere: what is drawn below the horizon is missing, nothing is there twice."""
     n = 600
     u, v = np.meshgrid((np.arange(n) + 0.5) / n, (np.arange(n) + 0.5) / n)
@@ -193,17 +193,16 @@ def check_density(material, goniocam):
 
 
 def main():
-    goniocam, project = sys.argv[1:3]
+    goniocam = sys.argv[1]
     materials = dict(MATERIALS)
-    shared = os.path.join(project, "../shared/data/sgd_abc.json")
     failed = False
     with tempfile.TemporaryDirectory() as work:
         sources = {}
         for name, what in materials.items():
             sources[name] = os.path.join(work, name + ".json")
             json.dump(what, open(sources[name], "w"))
-        if "--all" in sys.argv:
-            sources.update({n: "%s#sgd/%s" % (shared, n) for n in json.load(open(shared))["sgd"]})
+        for published in sys.argv[3:]:
+            sources.update({n: "%s#sgd/%s" % (published, n) for n in json.load(open(published))["sgd"]})
         for name, source in sources.items():
             base, table = os.path.join(work, "x"), os.path.join(work, "x.binary")
             for to, out in (("rgl", base), ("merl", table)):
@@ -224,7 +223,7 @@ def main():
                 print("%-24s %-9s median %.3f %%, 95 %% %.2f %%%s" % (name, kind, 100 * median, 100 * most,
                                                                     "" if good else "  FAILED"))
             assert np.all(rgb.f["luminance"] > 0) and np.all(rgb.f["vndf"] >= 0) and np.all(rgb.f["ndf"] > 0)
-            check_density(rgb, goniocam)
+            check_density(rgb)
     sys.exit(failed)
 
 
