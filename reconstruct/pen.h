@@ -26,7 +26,8 @@
     X(FIT4, "fit4", 0x9a3b6b)                                                                      \
     X(MEASURED, "measured", 0x0f7fa8)                                                              \
     X(MIRRORED, "mirrored", 0xe09f1f)                                                              \
-    X(FILLED, "filled", 0xb4bcc6)                                                                  \
+    X(SPARSE, "sparse", 0xa6d4e6)                                                                  \
+    X(FILLED, "filled", 0x8b949e)                                                                  \
     X(LAMP, "lamp", 0x8a6200)
 
 #define INK_ENUM(name, class, rgb) INK_##name,
@@ -43,7 +44,7 @@ typedef struct {
     enum ink stroke, fill;
     double width;    // of the stroke
     double opacity;  // of the fill
-    bool dashed;
+    enum { LINE_SOLID, LINE_DASHED, LINE_DOTTED } line;
 } pen_style;
 
 enum align { ALIGN_LEFT, ALIGN_MIDDLE, ALIGN_RIGHT };

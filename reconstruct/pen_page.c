@@ -78,7 +78,8 @@ static void page_path(struct pen *pen, const point2 *p, int n, bool closed, pen_
         fprintf(to, "s-%s", ink_class[s.stroke]);
     if (s.fill != INK_NONE)
         fprintf(to, "%sf-%s", s.stroke != INK_NONE ? " " : "", ink_class[s.fill]);
-    fputs(s.dashed ? " dash\"" : "\"", to);
+    static const char *const line[] = {"\"", " dash\"", " dot\""};
+    fputs(line[s.line], to);
     if (s.stroke != INK_NONE)
         fprintf(to, " stroke-width=\"%.3g\"", s.width);
     if (s.fill != INK_NONE && s.opacity < 1)

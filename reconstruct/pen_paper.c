@@ -49,7 +49,7 @@ static void trace(cairo_t *cr, const point2 *p, int n)
 
 static void paper_path(struct pen *pen, const point2 *p, int n, bool closed, pen_style s)
 {
-    static const double dash[] = {4, 3};
+    static const double dash[] = {4, 3}, dot[] = {1.5, 3};
     cairo_t *cr = pen->cr;
     cairo_new_path(cr);
     trace(cr, p, n);
@@ -63,7 +63,7 @@ static void paper_path(struct pen *pen, const point2 *p, int n, bool closed, pen
         dip(cr, s.stroke, 1);
         cairo_set_line_width(cr, s.width);
         cairo_set_line_join(cr, CAIRO_LINE_JOIN_ROUND);
-        cairo_set_dash(cr, dash, s.dashed ? 2 : 0, 0);
+        cairo_set_dash(cr, s.line == LINE_DOTTED ? dot : dash, s.line == LINE_SOLID ? 0 : 2, 0);
         cairo_stroke(cr);
     }
     cairo_new_path(cr);
@@ -162,7 +162,7 @@ void rec_box(struct pen *pen, point2 at, double width, double height, enum ink f
 {
     point2 corner[] = {
         at, {at.x + width, at.y}, {at.x + width, at.y + height}, {at.x, at.y + height}};
-    pen->path(pen, corner, 4, true, (pen_style){stroke, fill, 0.75, 1, false});
+    pen->path(pen, corner, 4, true, (pen_style){stroke, fill, 0.75, 1, LINE_SOLID});
 }
 
 void rec_circle(struct pen *pen, point2 center, double radius, pen_style style)

@@ -10,19 +10,27 @@ struct tally {
     int of[4];
 };
 
-// Measured: the fuller the more of its bins are. Else what most of the others are.
+static uint32_t between(enum ink a, enum ink b, double share)
+{
+    uint32_t out = 0;
+    for (int shift = 0; shift <= 16; shift += 8) {
+        double from = rec_ink_rgb(a) >> shift & 255, to = rec_ink_rgb(b) >> shift & 255;
+        out |= (uint32_t)lround(from + share * (to - from)) << shift;
+    }
+    return out;
+}
+
+// Measured: the fuller the more of its bins are. Else what most of the others are. The same colours
+// on light and on dark ground.
 static uint32_t color_of(const struct tally *t)
 {
     int measured = t->of[BIN_MEASURED], mirrored = t->of[BIN_INTERPOLATED];
     int all = measured + mirrored + t->of[BIN_EXTRAPOLATED];
     if (all == 0)
         return 0;
-    if (measured > 0) {
-        double share = 0.35 + 0.65 * measured / all;
-        return (uint32_t)lround(255 * share) << 24 | rec_ink_rgb(INK_MEASURED);
-    }
-    bool mostly = 2 * mirrored >= all;
-    return rec_argb(rec_ink_rgb(mostly ? INK_MIRRORED : INK_FILLED));
+    if (measured > 0)
+        return rec_argb(between(INK_SPARSE, INK_MEASURED, (double)measured / all));
+    return rec_argb(rec_ink_rgb(2 * mirrored >= all ? INK_MIRRORED : INK_FILLED));
 }
 
 struct picture rec_coverage_half(const uint8_t *status)
@@ -69,16 +77,15 @@ static void draw_legend(struct pen *pen, point2 at)
 {
     static const struct {
         enum ink ink;
-        double opacity, step;
+        double step;
         const char *text;
-    } entry[] = {{INK_MEASURED, 1, 112, "measured, all bins"},
-                 {INK_MEASURED, 0.4, 120, "measured, a few bins"},
-                 {INK_MIRRORED, 1, 122, "mirrored, interpolated"},
-                 {INK_FILLED, 1, 0, "extrapolated by the fit"}};
+    } entry[] = {{INK_MEASURED, 112, "measured, all bins"},
+                 {INK_SPARSE, 120, "measured, a few bins"},
+                 {INK_MIRRORED, 122, "mirrored, interpolated"},
+                 {INK_FILLED, 0, "extrapolated by the fit"}};
     for (int i = 0; i < 4; i++) {
         point2 p[] = {at, {at.x + 12, at.y}, {at.x + 12, at.y + 10}, {at.x, at.y + 10}};
-        pen->path(pen, p, 4, true,
-                  (pen_style){INK_FAINT, entry[i].ink, 0.5, entry[i].opacity, false});
+        pen->path(pen, p, 4, true, (pen_style){INK_FAINT, entry[i].ink, 0.5, 1, LINE_SOLID});
         rec_write(pen, (point2){at.x + 17, at.y + 9}, ALIGN_LEFT, 10, INK_TEXT, "%s",
                   entry[i].text);
         at.x += 17 + entry[i].step;
@@ -150,9 +157,10 @@ static void draw_albedo(struct pen *pen, const struct axes *axes, const struct b
     }
     for (int c = 0; c < 3; c++)
         if (channel[c])
-            rec_axes_curve(
-                pen, axes, theta, value[c], ANGLES,
-                (pen_style){.stroke = INK_RED + c, .width = dashed ? 1 : 1.6, .dashed = dashed});
+            rec_axes_curve(pen, axes, theta, value[c], ANGLES,
+                           (pen_style){.stroke = INK_RED + c,
+                                       .width = dashed ? 1.3 : 1.6,
+                                       .line = dashed ? LINE_DASHED : LINE_SOLID});
 }
 
 void rec_plot_albedo(struct pen *pen, const struct plot_source *s, const struct plot_options *o,

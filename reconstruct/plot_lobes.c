@@ -1,7 +1,7 @@
 /* plot_lobes.c -- f in the plane of incidence: as a polar diagram, and over theta_o with the
  * ratio to the table below it.
  *
- * A solid line is measured, a thin dashed one filled. Bands are two standard errors.
+ * A thick line is measured, a thin one filled; fits are dotted. Bands are two standard errors.
  */
 #include "plot.h"
 
@@ -165,7 +165,7 @@ static void polar_fits(struct pen *pen, const struct plot_source *s, const struc
             if (o->channel[c]) {
                 begin(pen, "ch", c);
                 polar_curve(pen, d, l, c, true,
-                            (pen_style){.stroke = INK_FIT0 + k, .width = 1, .dashed = true});
+                            (pen_style){.stroke = INK_FIT0 + k, .width = 1.3, .line = LINE_DOTTED});
                 pen->end(pen);
             }
         pen->end(pen);
@@ -186,9 +186,8 @@ void rec_plot_polar(struct pen *pen, const struct plot_source *s, const struct p
         rec_cut(l, s, &s->brdf, o->theta_deg[k]);
         begin(pen, "ch", c);
         polar_band(pen, &d, l, c);
-        polar_curve(pen, &d, l, c, false,
-                    (pen_style){.stroke = channel_ink[c], .width = 1, .dashed = true});
-        polar_curve(pen, &d, l, c, true, (pen_style){.stroke = channel_ink[c], .width = 2.2});
+        polar_curve(pen, &d, l, c, false, (pen_style){.stroke = channel_ink[c], .width = 1});
+        polar_curve(pen, &d, l, c, true, (pen_style){.stroke = channel_ink[c], .width = 3});
         pen->end(pen);
     }
     if (l)
@@ -221,10 +220,9 @@ static void cartesian_table(struct pen *pen, const struct axes *value, const str
     }
     rec_axes_band(pen, value, x, low, high, CUT_POINTS, ink, 0.25);
     select_status(y, l, f, false);
-    rec_axes_curve(pen, value, x, y, CUT_POINTS,
-                   (pen_style){.stroke = ink, .width = 1, .dashed = true});
+    rec_axes_curve(pen, value, x, y, CUT_POINTS, (pen_style){.stroke = ink, .width = 1});
     select_status(y, l, f, true);
-    rec_axes_curve(pen, value, x, y, CUT_POINTS, (pen_style){.stroke = ink, .width = 2.2});
+    rec_axes_curve(pen, value, x, y, CUT_POINTS, (pen_style){.stroke = ink, .width = 3});
     for (int i = 0; i < CUT_POINTS; i++) {
         low[i] = -200 * sigma[i] / f[i];
         high[i] = -low[i];
@@ -240,7 +238,7 @@ static void cartesian_fits(struct pen *pen, const struct plot_source *s,
     double y[CUT_POINTS];
     for (int k = 0; k < o->fits && k < s->fits.count && k < PLOT_FITS; k++) {
         struct brdf fit = rec_plot_fit(s, k);
-        pen_style style = {.stroke = INK_FIT0 + k, .width = 1, .dashed = true};
+        pen_style style = {.stroke = INK_FIT0 + k, .width = 1.3, .line = LINE_DOTTED};
         rec_cut(l, s, &fit, table->theta_i_deg);
         begin(pen, "fit", k);
         for (int c = 0; c < 3; c++) {

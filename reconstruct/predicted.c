@@ -42,7 +42,7 @@ static struct picture paint(const struct prediction *p)
             row[x] = rec_argb(0);
         for (int x = 0; x < p->width; x++) {
             size_t at = 3 * ((size_t)y * (size_t)p->width + (size_t)x);
-            float ratio = rec_prediction_ratio(p, x, y, 1, (float)white);
+            float ratio = rec_prediction_ratio(p, x, y, 1, 30 * (float)white);
             row[x] = tone(p->photograph + at, white);
             row[p->width + GAP + x] = tone(p->predicted + at, white);
             if (ratio > 0)

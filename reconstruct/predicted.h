@@ -17,7 +17,8 @@ struct predicted_of {
 };
 
 /** Write a picture for each view, complete or not at all: the sample as photographed, as predicted
- *  (equally bright), and their ratio in green; black where there is none. STATUS_IO and others of
+ *  (equally bright), and their ratio in green; black where there is none, or
+ *  less than 3 % of the brightest is predicted. STATUS_IO and others of
  *  the maps, STATUS_MEMORY. */
 enum status rec_predicted(const struct predicted_of *of, struct run *run, struct error *err);
 

@@ -115,9 +115,9 @@ void rec_report_predictions(const struct report *r)
     const struct calibration *c = &r->calibration;
     int shown = 0, width = width_for(c->views, 960);
     fputs("<p class=\"note\">Left: the sample as photographed. Middle: as the table, the lamp and "
-          "the pose predict it, equally bright. Right: their ratio in green; white is agreement, "
-          "full red 1.1, full blue 0.91; black where nothing is lit or seen.</p>\n<div "
-          "class=\"panels\">\n",
+          "the pose predict it, equally bright. Right: photograph over prediction in green, 0.91 "
+          "<span class=\"scale\"></span> 1.1; black where nothing is seen, or less than 3 % of the "
+          "brightest is predicted.</p>\n<div class=\"panels\">\n",
           r->to);
     for (int v = 0; v < c->views; v++) {
         const struct view *view = &c->view[v];

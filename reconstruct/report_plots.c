@@ -69,10 +69,10 @@ void rec_report_lobes(const struct report *r)
     for (int k = 0; k < r->options.thetas; k++)
         write_pair(r, k);
     fputs("<p class=\"readout\" id=\"lobe-readout\">Point at a curve for its numbers.</p>\n"
-          "<figcaption>The light comes along the arrow; negative angles are on its side. Thick "
-          "lines were measured, thin dashed ones are filled, both are the table; bands are two "
-          "standard errors. Fits are dashed. Below: how far fits are from the table, and the "
-          "table's two standard errors.</figcaption></figure>\n",
+          "<figcaption>The light comes along the arrow; negative angles are on its side. The "
+          "table&rsquo;s lines are thick where it was measured, thin where it is filled; bands are "
+          "two standard errors. Fits are dotted. Below: how far fits are from the table, and the "
+          "table&rsquo;s two standard errors.</figcaption></figure>\n",
           r->to);
 }
 

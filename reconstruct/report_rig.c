@@ -268,6 +268,8 @@ static vec3 joint_direction(const struct calibration *c, const struct lamp *lamp
     return vec3_normalize(vec3_sub(lamp->position, c->sample.center));
 }
 
+// Where a cue's name stands under its dot: those of good cues would lie on each other.
+static const double label_drop[CUES] = {0, 14, -6, -6};
 static const enum ink cue_ink[CUES] = {INK_TEXT, INK_BLUE, INK_RED, INK_LAMP};
 
 static void draw_cues(const struct report *r, const struct lamp *lamp, vec3 joint)
@@ -299,12 +301,13 @@ static void draw_cues(const struct report *r, const struct lamp *lamp, vec3 join
             continue;
         offsets(joint, lamp->cue[k].direction, off);
         point2 at = rec_axes_at(&a, off[0], off[1]);
-        rec_circle(&pen, at, fmin(radius, 4000), (pen_style){cue_ink[k], INK_NONE, 1.5, 1, false});
-        rec_circle(&pen, at, 3, (pen_style){INK_NONE, cue_ink[k], 0, 1, false});
-        rec_write(&pen, (point2){at.x + 6, at.y - 5}, ALIGN_LEFT, 11, cue_ink[k], "%s",
+        rec_circle(&pen, at, fmin(radius, 4000),
+                   (pen_style){cue_ink[k], INK_NONE, 1.5, 1, LINE_SOLID});
+        rec_circle(&pen, at, 3, (pen_style){INK_NONE, cue_ink[k], 0, 1, LINE_SOLID});
+        rec_write(&pen, (point2){at.x + 6, at.y + label_drop[k]}, ALIGN_LEFT, 11, cue_ink[k], "%s",
                   cal_cue_name((enum cue)k));
     }
-    rec_circle(&pen, rec_axes_at(&a, 0, 0), 3.5, (pen_style){INK_NONE, INK_TEXT, 0, 1, false});
+    rec_circle(&pen, rec_axes_at(&a, 0, 0), 3.5, (pen_style){INK_NONE, INK_TEXT, 0, 1, LINE_SOLID});
     fputs("</svg>\n", r->to);
     rec_report_svg_end(r);
 }
@@ -334,7 +337,7 @@ static void write_lamp(const struct report *r, const struct lamp *lamp)
     bool any = false;
     for (int k = CUE_BOARD; k < CUES; k++)
         any = any || lamp->cue[k].sigma > 0;
-    fputs("<h3>Lamp ", r->to);
+    fputs("<h3>Lamp: ", r->to);
     rec_escaped(r->to, lamp->name);
     fprintf(r->to, "</h3><div class=\"two\"><div class=\"scroll\" tabindex=\"0\" role=\"group\" "
                    "aria-label=\"Cues of a lamp\"><table><caption>");

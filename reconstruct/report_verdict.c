@@ -255,23 +255,37 @@ static void say_hints(const struct report *r, const struct judgement *j)
             100 * j->misfit);
 }
 
-void rec_report_verdict(const struct report *r)
+static void say_warnings(const struct report *r)
 {
-    struct judgement j = judge(r);
-    json_t *warning;
+    json_t *warning, *warnings = json_object_get(r->story, "warnings");
     size_t i;
-    say_headline(r, &j);
-    say_numbers(r, &j);
-    if (j.warnings > 0)
-        fprintf(r->to, "<h3>Warnings, and what to do</h3>\n");
-    fputs("<ul class=\"advice\">\n", r->to);
-    json_array_foreach(json_object_get(r->story, "warnings"), i, warning)
+    if (json_array_size(warnings) == 0)
+        return;
+    fputs("<h3>Warnings, and what to do</h3>\n<ul class=\"advice\">\n", r->to);
+    json_array_foreach(warnings, i, warning)
     {
         const char *text = json_string_value(warning);
         fputs("<li><strong>", r->to);
         rec_escaped(r->to, text ? text : "");
         fprintf(r->to, "</strong><p>%s</p></li>\n", rec_report_advice(text ? text : ""));
     }
+    fputs("</ul>\n", r->to);
+}
+
+void rec_report_verdict(const struct report *r)
+{
+    if (r->source.bins.count == 0) {
+        fputs("<h2 id=\"verdict-title\" class=\"headline fair\">A table alone.</h2><p>There is no "
+              "bins.h5 beside it: nothing is known of its errors, or of what was measured.</p>\n",
+              r->to);
+        say_warnings(r);
+        return;
+    }
+    struct judgement j = judge(r);
+    say_headline(r, &j);
+    say_numbers(r, &j);
+    say_warnings(r);
+    fputs("<ul class=\"advice\">\n", r->to);
     say_hints(r, &j);
     fputs("</ul>\n", r->to);
 }
