@@ -2,12 +2,13 @@
  *
  * Method.   Neighbouring frames a and b, brought to the same exposure, differ by
  *
- *               b - a = s m + u dm/dx + v dm/dy,     m = (a + b) / 2,
+ *               b - a = k + s m + q m^2 + u dm/dx + v dm/dy,     m = (a + b) / 2,
  *
  *           where the second moved by (-u, -v) pixels and the light changed by s (Lucas and Kanade
- *           1981): least squares over the sampled photosites that are well exposed in both,
- * gradients by central differences. Frames without a step between them, neighbours or next but
- *           one, stand together; the largest such group of a shot is where it stands.
+ *           1981); k and q are what levels and a response that are a little wrong do, which in a
+ *           smooth image would pass for a step: least squares over the sampled photosites that are
+ * well exposed in both, gradients by central differences. Frames without a step between them,
+ * neighbours or next but one, stand together; the largest such group of a shot is where it stands.
  * Accuracy. Hundredths of a pixel for small steps. Steps beyond the width of the image's edges come
  *           out too short, but not as none, and to find them is all that is asked.
  */
@@ -25,9 +26,10 @@ struct step {
     double x, y, sigma;
 };
 
-/* Normal equations for (s, u, v) of one channel. */
+/* Normal equations for (u, v, k, s, q); m in parts of the range. */
+enum { UNKNOWNS = 5 };
 struct equations {
-    double a[3][3], b[3], rest2, count;
+    double a[UNKNOWNS][UNKNOWNS], b[UNKNOWNS], rest2, count;
 };
 
 static void add_channel(struct equations *e, const struct bracket_sample *s, int from, int to,
@@ -51,10 +53,12 @@ static void add_channel(struct equations *e, const struct bracket_sample *s, int
             }
             if (!good)
                 continue;
-            double term[3] = {m[0], 0.5 * (m[2] - m[1]), 0.5 * (m[4] - m[3])};
+            double part = m[0] / range;
+            double term[UNKNOWNS] = {0.5 * (m[2] - m[1]), 0.5 * (m[4] - m[3]), 1, part,
+                                     part * part};
             double d = (double)db[at] - black - scale * ((double)da[at] - black);
             double w = 1 / m[0];  // photon noise
-            for (int i = 0; i < 3; i++) {
+            for (int i = 0; i < UNKNOWNS; i++) {
                 e->b[i] += w * term[i] * d;
                 for (int j = 0; j <= i; j++)
                     e->a[i][j] += w * term[i] * term[j];
@@ -76,15 +80,17 @@ static bool measure_step(struct step *step, const struct sample_set *set, int sa
         add_channel(&e, &set->channel[c][sample], from, to, sensor->black[c], range, set->width,
                     set->rows);
     }
-    double a[9], x[3], energy = fmin(e.a[1][1], e.a[2][2]);
+    double a[UNKNOWNS * UNKNOWNS], x[UNKNOWNS], energy = fmin(e.a[0][0], e.a[1][1]);
     memcpy(a, e.a, sizeof a);
     memcpy(x, e.b, sizeof x);
-    if (e.count < COUNT_MIN || !(energy > 0) || !solve_spd(a, x, 3))
+    if (e.count < COUNT_MIN || !(energy > 0) || !solve_spd(a, x, UNKNOWNS))
         return false;
-    double explained = x[0] * e.b[0] + x[1] * e.b[1] + x[2] * e.b[2];
+    double explained = 0;
+    for (int i = 0; i < UNKNOWNS; i++)
+        explained += x[i] * e.b[i];
     double variance = fmax(e.rest2 - explained, 0) / e.count;
     *step =
-        (struct step){-x[1] * set->pitch, -x[2] * set->pitch, sqrt(variance / energy) * set->pitch};
+        (struct step){-x[0] * set->pitch, -x[1] * set->pitch, sqrt(variance / energy) * set->pitch};
     return true;
 }
 

@@ -50,7 +50,8 @@ static void tell_doubts(const struct sensor_doubts *doubts, const struct sensor_
                       "times); a usual one is assumed: give `noise: {gain: ..., read_noise: ...}`");
 }
 
-/* From capture.yaml, else the raw file. */
+/* From capture.yaml, else the raw file; a black level of 0 there may as well be one that LibRaw
+ * does not know. */
 static struct sensor_known what_is_known(const struct capture *capture, const struct photo *photo)
 {
     struct sensor_known known = {.white = capture->white,
@@ -59,8 +60,9 @@ static struct sensor_known what_is_known(const struct capture *capture, const st
                                  .nominal_white = photo->white,
                                  .encoded = photo->encoded,
                                  .real = photo->bits == 32};
+    double stated = photo->black > 0 ? photo->black : NAN;
     for (int c = 0; c < 3; c++)
-        known.black[c] = isnan(capture->black) ? photo->black : capture->black;
+        known.black[c] = isnan(capture->black) ? stated : capture->black;
     return known;
 }
 
