@@ -6,6 +6,7 @@
  * the image; the result does not depend on the number of threads.
  */
 #include "merge_shot.h"
+#include "blocks.h"
 #include "bracket.h"
 
 #include <omp.h>
@@ -17,6 +18,7 @@ struct worker {
     struct merge_row row[2];  // of even and odd rows, which differ in a mosaic
     float *value, *variance;  // [rows][count]
     float *room;              // [rows][frames_room()]
+    float *chi2, *freedom;    // [rows][count] of encoded photographs: blocks.h; else NULL
     unsigned char *packed;    // [rows] lines of the file
 };
 
@@ -38,7 +40,12 @@ static enum status worker_open(struct worker *w, const struct job *job, const st
     w->variance = malloc(values * sizeof *w->variance);
     w->room = malloc(rows * frames_room(w->row[0].count) * sizeof *w->room);
     w->packed = malloc(rows * exr_line_size(header));
-    if (!w->value || !w->variance || !w->room || !w->packed)
+    if (learned->encoded) {
+        w->chi2 = malloc(values * sizeof *w->chi2);
+        w->freedom = malloc(values * sizeof *w->freedom);
+    }
+    if (!w->value || !w->variance || !w->room || !w->packed
+        || (learned->encoded && (!w->chi2 || !w->freedom)))
         return cap_fail(err, STATUS_MEMORY, "%s: a band of rows", shot->name);
     return STATUS_OK;
 }
@@ -51,12 +58,13 @@ static void worker_close(struct worker *w)
     free(w->value);
     free(w->variance);
     free(w->room);
+    free(w->chi2);
+    free(w->freedom);
     free(w->packed);
 }
 
 /* Row y of the image, the k-th of the band. */
-static void merge_line(const struct worker *w, const struct frames *frames,
-                       const struct exr_header *header, int y, int k)
+static void merge_line(const struct worker *w, const struct frames *frames, int y, int k)
 {
     struct merge_row row = w->row[y % 2];
     size_t count = (size_t)row.count, at = (size_t)k * count;
@@ -65,7 +73,15 @@ static void merge_line(const struct worker *w, const struct frames *frames,
         dn[f] = w->bracket.dn[f] + at;
     frames_row(frames, &row, y, w->room + (size_t)k * frames_room(row.count));
     merge_row(w->value + at, w->variance + at, &row, dn, w->bracket.time, w->bracket.frames);
+    if (w->chi2)
+        blocks_disagreement(w->chi2 + at, w->freedom + at, w->variance + at, w->value + at, &row,
+                            dn, w->bracket.time, w->bracket.frames);
     frames_finish(frames, &row, y, w->value + at, w->variance + at);
+}
+
+static void pack_line(const struct worker *w, const struct exr_header *header, int k)
+{
+    size_t at = (size_t)k * (size_t)w->row[0].count;
     exr_pack(w->packed + (size_t)k * exr_line_size(header), header, w->value + at,
              w->variance + at);
 }
@@ -80,8 +96,16 @@ static enum status merge_band(struct worker *w, const struct frames *frames,
     if (status)
         return status;
 #pragma omp parallel for schedule(static) num_threads(threads)
-    for (int k = 0; k < rows; k++)
-        merge_line(w, frames, header, top + k, k);
+    for (int k = 0; k < rows; k++) {
+        merge_line(w, frames, top + k, k);
+        if (!w->chi2)
+            pack_line(w, header, k);
+    }
+    if (w->chi2) {
+        blocks_apply(w->variance, w->value, w->chi2, w->freedom, &w->row[0], rows);
+        for (int k = 0; k < rows; k++)
+            pack_line(w, header, k);
+    }
     return STATUS_OK;
 }
 

@@ -18,7 +18,9 @@ import sys
 
 import numpy as np
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../shared/judge"))
+# Beside the project, or beside the folder of its worktrees.
+for _up in ("../../../shared/judge", "../../../../shared/judge"):
+    sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), _up))
 import capio  # noqa: E402
 
 
