@@ -31,18 +31,11 @@ static void hold_for_stage(bool held[LENS_PARAMETERS], enum bundle_stage stage,
                            const struct lens_prior *prior)
 {
     static const bool stages[][LENS_PARAMETERS] = {
-        [BUNDLE_POSES] = {1, 1, 1, 1, 1, 1, 1, 1, 1}, [BUNDLE_FOCAL] = {0, 0, 1, 1, 0, 1, 1, 1, 1},
-        [BUNDLE_LENS] = {0, 0, 0, 0, 0, 0, 0, 0, 1},  [BUNDLE_CHOOSE] = {0},
-        [BUNDLE_HELD] = {1, 1, 1, 1, 1, 1, 1, 1, 1},  [BUNDLE_ZOOM] = {0, 0, 1, 1, 1, 1, 1, 1, 1},
+        [BUNDLE_LENS] = {0, 0, 0, 0, 0, 0, 0, 0, 1},
+        [BUNDLE_CHOOSE] = {0},
     };
     for (int k = 0; k < LENS_PARAMETERS; k++)
         held[k] = stages[stage][k] || (prior && prior->sigma[k] == 0);
-}
-
-// Stages that end a search: they reject outliers and tell sigmas.
-static bool is_final(enum bundle_stage stage)
-{
-    return stage >= BUNDLE_CHOOSE;
 }
 
 // Find the highest distortion term of a camera that is 0 within two deviations (p1 and p2 go
@@ -164,12 +157,10 @@ enum status bundle_adjust(struct bundle *b, enum bundle_stage stage, struct erro
         return status;
     for (int i = 0; i < b->calibration->cameras; i++)
         hold_for_stage(w.held[i], stage, b->prior ? b->prior + i : NULL);
-    status = settle(b, &w, is_final(stage), &scale, err);
+    status = settle(b, &w, stage == BUNDLE_CHOOSE, &scale, err);
     if (!status && stage == BUNDLE_CHOOSE)
         status = choose_terms(b, &w, &scale, err);
-    else if (!status && is_final(stage))
-        status = find_covariance(b, &w, scale, err);
-    if (!status && is_final(stage))
+    if (!status && stage == BUNDLE_CHOOSE)
         fill_sigmas(b, &w);
     workspace_free(&w);
     return status;

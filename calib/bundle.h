@@ -38,16 +38,13 @@ struct bundle {
 
 /** What stays as it is: a beginning holds more than an end. */
 enum bundle_stage {
-    BUNDLE_POSES,   // the poses (and free places) alone
     BUNDLE_FOCAL,   // focal length and k1 are free, and the poses
     BUNDLE_LENS,    // and the centre, k2, p1, p2
     BUNDLE_CHOOSE,  // everything, less the distortion terms that the sightings cannot tell from 0
-    BUNDLE_HELD,    // the poses alone, with outliers and sigmas as in BUNDLE_CHOOSE
-    BUNDLE_ZOOM,    // focal lengths and poses, with outliers and sigmas
 };
 
 /** Minimise the reprojection error of all sightings that are not rejected, robustly, a tag in a
- *  view being the independent unit of noise. In the last three stages sightings far outside the
+ *  view being the independent unit of noise. In the last stage sightings far outside the
  *  common noise are marked rejected on the way, and sigmas and rms_px are filled in, scaled by the
  *  scatter that the tags show about the fit. Of what is held, sigmas are 0; of what has a prior,
  *  that of the prior is in them.

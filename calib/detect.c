@@ -3,10 +3,10 @@
  * Method.   The AprilTag library searches an 8-bit image that is linear in radiance (its corners
  *           are half as far off as on a gamma-encoded one: an edge's 50 % level stays where the
  *           edge is). The search is decimated, the edges are refined at full resolution. Where it
- *           finds less than half of the board, it looks again at full resolution, and again four
- *           times brighter for light that grazes the board, and with the square root of radiance
- * for tags in shadow. Tags missed by all of these are found later from the pose (corners.h), so
- * speed comes first here. Accuracy. 0.1 to 0.2 pixels a corner: a start for corners.h.
+ *           finds less than half of the board, it looks again at full resolution, again four times
+ *           brighter for light that grazes the board, and in an encoded image for tags in shadow or
+ *           of few pixels. Tags missed by all of these are found later from the pose (corners.h),
+ * so speed comes first here. Accuracy. 0.1 to 0.3 pixels a corner: a start for corners.h.
  */
 #include "detect.h"
 
@@ -25,7 +25,6 @@ enum status detector_begin(struct detector *d, const char *family, struct error 
         return cap_fail(err, STATUS_MEMORY, "tag detector");
     }
     made.detector->nthreads = 1;
-    made.detector->refine_edges = true;
     // Two wrong bits are forgiven; in the small families that would make false tags: one.
     apriltag_detector_add_family_bits(made.detector, made.family.tags,
                                       made.family.tags->h >= 10 ? 2 : 1);
@@ -73,7 +72,13 @@ static float bright_level(const struct radiance *map)
     return bright;
 }
 
-// Linear in radiance, or (encoded) in its square root, which shows what stands in shadow.
+// sRGB's curve: what stands in shadow keeps as many levels as what stands in light.
+static float encode(float part)
+{
+    return part <= 0.0031308f ? 12.92f * part : 1.055f * powf(part, 1 / 2.4f) - 0.055f;
+}
+
+// Linear in radiance, or encoded as for a display.
 static image_u8_t *eight_bits(const struct radiance *map, float white, bool encoded)
 {
     image_u8_t *image = image_u8_create((unsigned)map->width, (unsigned)map->height);
@@ -82,9 +87,7 @@ static image_u8_t *eight_bits(const struct radiance *map, float white, bool enco
     for (int y = 0; y < map->height; y++)
         for (int x = 0; x < map->width; x++) {
             float v = grey(map->value + 3 * ((size_t)y * (size_t)map->width + (size_t)x));
-            float part = v / white, scaled = 255 * part + 0.5f;
-            if (encoded)
-                scaled = part > 0 ? 255 * sqrtf(part) + 0.5f : 0;
+            float part = v / white, scaled = 255 * (encoded ? encode(part) : part) + 0.5f;
             uint8_t level = 0;  // also of NaN
             if (scaled >= 1)
                 level = scaled < 255 ? (uint8_t)scaled : 255;
@@ -97,31 +100,42 @@ static image_u8_t *eight_bits(const struct radiance *map, float white, bool enco
 struct sight {
     int id;
     double corner[4][2], margin;
+    bool refined;
 };
 struct sights {
     struct sight *sight;
     int count;
 };
 
-static double side_of(const struct sight *s)
+// The same printed tag, seen in two passes: they differ by pixels, where neighbours, which may meet
+// in a corner, differ by most of their size.
+static bool same_tag(const struct sight *a, const struct sight *b, double *farthest)
 {
-    return hypot(s->corner[1][0] - s->corner[0][0], s->corner[1][1] - s->corner[0][1]);
+    double apart = 0, side = 0;
+    for (int k = 0; k < 4; k++) {
+        const double *p = a->corner[k], *q = b->corner[k], *next = a->corner[(k + 1) % 4];
+        apart = fmax(apart, hypot(p[0] - q[0], p[1] - q[1]));
+        side = fmax(side, hypot(p[0] - next[0], p[1] - next[1]));
+    }
+    *farthest = apart;
+    return a->id == b->id && apart < fmax(3, 0.3 * side);
 }
 
-// Keep a detection; of one that is there already (from another pass), the better one.
-static bool keep(struct sights *sights, const apriltag_detection_t *a)
+// Keep a detection; of one that is there already (from another pass), the better one: refined edges
+// may have snapped to what is beside the tag.
+static bool keep(struct sights *sights, const apriltag_detection_t *a, bool refined)
 {
-    struct sight new = {.id = a->id, .margin = a->decision_margin};
+    static const double snapped_px = 3;
+    double apart;
+    struct sight new = {.id = a->id, .margin = a->decision_margin, .refined = refined};
     for (int k = 0; k < 4; k++)
         for (int i = 0; i < 2; i++)
             new.corner[k][i] = a->p[k][i] - 0.5;  // AprilTag counts from the pixel's corner
     for (int i = 0; i < sights->count; i++) {
         struct sight *old = sights->sight + i;
-        double apart =
-            hypot(old->corner[0][0] - new.corner[0][0], old->corner[0][1] - new.corner[0][1]);
-        if (old->id != new.id || apart > 0.5 * side_of(old))
+        if (!same_tag(old, &new, &apart))
             continue;
-        if (old->margin < new.margin)
+        if (old->refined == refined ? old->margin < new.margin : refined != (apart > snapped_px))
             *old = new;
         return true;
     }
@@ -142,11 +156,13 @@ static bool search(struct detector *d, const struct radiance *map, float white, 
         return false;
     bool kept = true;
     d->detector->quad_decimate = decimate;
+    // Encoded images are for tags that are hard to see; refinement would lose a few of them.
+    d->detector->refine_edges = !encoded;
     zarray_t *all = apriltag_detector_detect(d->detector, image);
     for (int i = 0; i < zarray_size(all) && kept; i++) {
         apriltag_detection_t *a;
         zarray_get(all, i, &a);
-        kept = keep(sights, a);
+        kept = keep(sights, a, !encoded);
     }
     apriltag_detections_destroy(all);
     image_u8_destroy(image);
@@ -199,7 +215,7 @@ static bool pass(struct detector *d, const struct radiance *map, float white, in
     static const struct {
         float white, decimate;
         bool encoded;
-    } table[PASSES] = {{1, 2, false}, {1, 1, false}, {0.25f, 1, false}, {1, 1, true}};
+    } table[PASSES] = {{1, 2, false}, {1, 1, false}, {0.25f, 1, false}, {2, 1, true}};
     return search(d, map, table[i].white * white, table[i].encoded, table[i].decimate, sights);
 }
 

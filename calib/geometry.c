@@ -122,24 +122,6 @@ static enum status first_calibration(struct geometry *g, struct error *err)
     return status ? status : adjust(g, BUNDLE_LENS, err);
 }
 
-// Zooms and other focus distances make cameras of their own, and then all begins again.
-static enum status split_cameras(struct geometry *g, struct error *err)
-{
-    struct bundle bundle = bundle_of(g);
-    int before = g->made.cameras;
-    enum status status = zoom_split(&bundle, g->run, err);
-    if (status || g->made.cameras == before)
-        return status;
-    struct lens_prior *grown = realloc(g->prior, (size_t)g->made.cameras * sizeof *grown);
-    if (!grown)
-        return cap_fail(err, STATUS_MEMORY, "%d cameras", g->made.cameras);
-    g->prior = grown;
-    for (int i = before; i < g->made.cameras; i++)
-        g->prior[i] = intrinsics_unknown();
-    status = adjust(g, BUNDLE_FOCAL, err);
-    return status ? status : adjust(g, BUNDLE_LENS, err);
-}
-
 // ---- tags that are not what capture.yaml says
 
 // A tag rejected in most of its views is not what capture.yaml says: name it, and drop it. (One or
@@ -214,9 +196,41 @@ static enum status adjust_places(struct geometry *g, struct error *err)
     return status;
 }
 
+static enum status refine(struct geometry *g, struct error *err)
+{
+    return sightings_refine(&g->list, views_tags_enough(&g->board), &g->made, &g->board, g->out,
+                            g->run, err);
+}
+
+// Zooms and other focus distances make cameras of their own, and then all is adjusted again.
+static enum status split_cameras(struct geometry *g, struct error *err)
+{
+    struct bundle bundle = bundle_of(g);
+    int before = g->made.cameras;
+    enum status status = zoom_split(&bundle, g->run, err);
+    if (status || g->made.cameras == before)
+        return status;
+    struct lens_prior *grown = realloc(g->prior, (size_t)g->made.cameras * sizeof *grown);
+    if (!grown)
+        return cap_fail(err, STATUS_MEMORY, "%d cameras", g->made.cameras);
+    g->prior = grown;
+    for (int i = before; i < g->made.cameras; i++)
+        g->prior[i] = intrinsics_unknown();
+    for (int i = 0; i < g->list.count; i++)
+        g->list.sighting[i].rejected = false;
+    status = adjust(g, BUNDLE_FOCAL, err);
+    if (!status)
+        status = adjust(g, BUNDLE_LENS, err);
+    if (!status)
+        status = refine(g, err);
+    return status ? status : adjust(g, BUNDLE_CHOOSE, err);
+}
+
 static enum status final_calibration(struct geometry *g, struct error *err)
 {
     enum status status = adjust(g, BUNDLE_CHOOSE, err);
+    if (!status)
+        status = split_cameras(g, err);
     if (!status)
         status = adjust_places(g, err);
     if (!status && drop_misplaced(g))
@@ -375,10 +389,7 @@ enum status cal_geometry(struct calibration *c, const struct capture *capture, c
     if (!status)
         status = first_calibration(&g, err);
     if (!status)
-        status = split_cameras(&g, err);
-    if (!status)
-        status = sightings_refine(&g.list, views_tags_enough(&g.board), &g.made, &g.board, out, run,
-                                  err);
+        status = refine(&g, err);
     if (!status)
         status = final_calibration(&g, err);
     if (!status)

@@ -10,6 +10,15 @@ int views_tags_enough(const struct capture *capture)
     return capture->tags < 2 ? 1 : 2;
 }
 
+// Of a camera whose intrinsics are held, one view will do.
+static int least_of(const struct capture *capture, int kind)
+{
+    int given = capture->camera[kind].given;
+    bool held = given >= 0 && given < capture->givens && capture->given[given].file
+                && !capture->given[given].prior;
+    return held ? 1 : VIEWS_MIN;
+}
+
 int sightings_of(const struct sightings *list, int view)
 {
     int n = 0;
@@ -37,7 +46,7 @@ void views_choose(bool *chosen, const struct sightings *list, const struct captu
         int shots = 0;
         for (int i = 0; i < capture->shots; i++)
             shots += chosen[i] && capture->shot[i].camera == k;
-        for (int i = 0; i < capture->shots && shots < VIEWS_MIN; i++)
+        for (int i = 0; i < capture->shots && shots < least_of(capture, k); i++)
             if (chosen[i] && capture->shot[i].camera == k) {
                 chosen[i] = false;
                 cap_warn(run, "%s: camera %s has fewer than %d usable shots: left out",
@@ -52,7 +61,11 @@ enum status views_enough(const bool *chosen, const struct sightings *list,
     int views = 0;
     for (int i = 0; i < capture->shots; i++)
         views += chosen[i];
-    if (views >= VIEWS_MIN)
+    int least = VIEWS_MIN;
+    for (int i = 0; i < capture->shots; i++)
+        if (chosen[i] && least_of(capture, capture->shot[i].camera) < least)
+            least = least_of(capture, capture->shot[i].camera);
+    if (views >= least)
         return STATUS_OK;
     if (list->count == 0)
         return cap_fail(err, STATUS_DATA,
@@ -60,7 +73,7 @@ enum status views_enough(const bool *chosen, const struct sightings *list,
                         "`board: family` and the ids in capture.yaml, and focus and light",
                         capture->folder, capture->family, capture->shots);
     return cap_fail(err, STATUS_DATA, "%s: %d of %d shots are usable, at least %d are needed",
-                    capture->folder, views, capture->shots, VIEWS_MIN);
+                    capture->folder, views, capture->shots, least);
 }
 
 static char *copy_text(const char *text)

@@ -4,8 +4,8 @@
 
 #include "bundle.h"
 
-/** Where the views of a camera without a prior clearly want different focal lengths, in groups of
- *  three or more, each group becomes a camera of its own, with a warning. Views of no group go to
- *  the nearest. STATUS_MEMORY. */
+/** Where a camera without a prior clearly had another focal length from some photograph on, in the
+ *  order of their names, the later ones become a camera of their own, with a warning; three views a
+ *  camera are the least. STATUS_MEMORY. */
 enum status zoom_split(struct bundle *bundle, struct run *run, struct error *err);
 #endif

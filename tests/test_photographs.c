@@ -1,5 +1,5 @@
-/* test_photographs.c -- tags in real photographs (../shared/real/apriltag; skipped without it):
- * found where another detector has them, but for a few small or bent ones. */
+/* test_photographs.c -- tags in real photographs (../shared/real/apriltag; skipped without it): all
+ * of them found, where another detector has them. */
 #include "detect.h"
 #include "near.h"
 
@@ -113,11 +113,12 @@ static void tags_are_found(void **state)
             double nearest = INFINITY;
             for (int b = 0; b < found; b++)
                 nearest = fmin(nearest, distance(have[b], want[a]));
-            good +=
-                nearest < 1.5;  // the list has no edge refinement, and comes from encoded images
+            // The list comes from encoded images without refinement of edges, which leaves its
+            // corners up to a pixel off, and both of us as much again in tags of 12 pixels.
+            good += nearest < 1.5;
         }
         print_message("%s: %d of %d tags\n", photo[i].name, good, listed);
-        assert_true(good >= 0.8 * listed);
+        assert_int_equal(good, listed);
         detector_end(&detector);
         cap_radiance_free(&map);
     }

@@ -205,6 +205,28 @@ enum status cal_calibration_write(const struct calibration *calibration, const c
 enum status cal_geometry(struct calibration *calibration, const struct capture *capture,
                          const char *out, const bool *usable, struct run *run, struct error *err);
 
+/** What new photographs say of a camera whose intrinsics a calibration holds. */
+enum verdict { VERDICT_HOLDS, VERDICT_DRIFTED, VERDICT_WRONG };
+struct camera_check {
+    char name[64];
+    int shots, tags;                // tags in all shots
+    double held_px;                 // rms of the tags with the lens as it was
+    double free_px;                 // with a lens of the photographs' own; 0: too few for one
+    double worst_px;                // of the shots, held
+    char worst[64];                 // its name
+    double focal_off, sigma_focal;  // of the own lens against the held one, relative
+    double rays_px;                 // how far they put the same ray apart, at most over the image
+    enum verdict verdict;
+};
+const char *cal_verdict_text(enum verdict verdict);
+/** Hold the intrinsics of the calibration in `path` (see cal_calibration_import) and find the poses
+ *  of a merged capture: one usable shot is enough. A board that capture.yaml does not name is the
+ *  calibration's. On success the caller owns *held and *check, [held->cameras]. As cal_geometry().
+ */
+enum status cal_check(struct calibration *held, struct camera_check **check,
+                      const struct capture *capture, const char *path, const char *out,
+                      const bool *usable, struct run *run, struct error *err);
+
 /** Calibrate a merged capture: reads OUT/radiance/SHOT.exr, writes OUT/overlay/SHOT.png. usable
  *  ([shots], NULL: all) tells which shots have a map. A shot in which no tag is found, or too
  *  few, is left out with a warning. Without a sample in capture.yaml that is cal_geometry(). On
