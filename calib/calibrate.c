@@ -92,13 +92,12 @@ enum status cal_calibrate(struct calibration *calibration, const struct capture 
     struct calibration c = {0};
     struct tag_place *board = NULL;
     enum status status = cal_geometry(&c, capture, out, usable, run, err);
-    if (!status)
-        status = cal_glare(&c, capture, out, run, err);
     if (!status && !(board = calloc((size_t)c.tags + 1, sizeof *board)))
         status = cap_fail(err, STATUS_MEMORY, "%d tags", c.tags);
     if (!status) {
         const struct capture placed = with_board(capture, board, &c);
-        if (capture->sample.shape != SHAPE_NONE)
+        status = cal_glare(&c, &placed, out, run, err);
+        if (!status && capture->sample.shape != SHAPE_NONE)
             status = find_sample_and_lamps(&c, &placed, out, run, err);
         cap_stage(run, "overlays", c.views);
         if (!status)
