@@ -45,6 +45,7 @@ struct light_node {
     char *name, *frame;
     double *position, *direction, *intensity, *irradiance;  // [3] each, or NULL
     double sigma_position[3], sigma_direction[3], sigma_intensity[3], sigma_irradiance[3];
+    double covariance[16];
     struct cue_node *cue;
     int cues;
 };
@@ -149,6 +150,7 @@ static const cyaml_schema_field_t light_fields[] = {TEXT(NEED, light_node, name)
                                                     NUMBERS(MAY, light_node, sigma_position, 3),
                                                     NUMBERS(MAY, light_node, sigma_direction, 3),
                                                     NUMBERS(MAY, light_node, sigma_intensity, 3),
+                                                    NUMBERS(MAY, light_node, covariance, 16),
                                                     NUMBERS(MAY, light_node, sigma_irradiance, 3),
                                                     LIST("cues", MAY, light_node, cue, &cue_value),
                                                     CYAML_FIELD_END};
@@ -267,6 +269,7 @@ static enum status take_light(struct lamp *lamp, struct light_node *node, struct
     memcpy(lamp->sigma_direction, node->sigma_direction, sizeof lamp->sigma_direction);
     memcpy(lamp->sigma_intensity, point ? node->sigma_intensity : node->sigma_irradiance,
            sizeof lamp->sigma_intensity);
+    memcpy(lamp->covariance, node->covariance, sizeof lamp->covariance);
     for (int i = 0; i < node->cues; i++) {
         const struct cue_node *cue = node->cue + i;
         lamp->cue[cue->cue] = (struct lamp_cue){vec3_of(cue->direction), cue->sigma_direction,

@@ -124,6 +124,7 @@ static void write_lamp(struct yaml_out *out, const struct lamp *l)
     cap_yaml_numbers(out, l->at_infinity ? "irradiance" : "intensity", l->intensity, 3);
     numbers_if_known(out, l->at_infinity ? "sigma_irradiance" : "sigma_intensity",
                      l->sigma_intensity, 3);
+    numbers_if_known(out, "covariance", l->covariance[0], 16);
     write_cues(out, l);
     cap_yaml_close(out);
 }

@@ -169,6 +169,34 @@ static void keep_lamp(struct lamp *lamp, const struct lamp_state *s, int l, int 
     }
 }
 
+// Position, or direction, and ln intensity are functions of the place's three numbers and of ln E.
+static void keep_covariance(struct lamp *lamp, const struct lamp_state *s, int l, int lamps,
+                            const struct lamp_spread *spread)
+{
+    const struct lamp_chart *chart = &s->chart[l];
+    const double r = s->far[l] ? 1 : lamp->cue[CUE_JOINT].distance;
+    const double by_w = s->far[l] ? 0 : r * cal_chart_inverse_mm(1);  // of ln w
+    double j[4][4] = {{0}};
+    for (int k = 0; k < 3; k++) {
+        j[k][0] = r * part(chart->u, k);
+        j[k][1] = r * part(chart->v, k);
+        j[k][2] = -r * by_w * part(lamp->direction, k);
+    }
+    j[3][2] = -2 * by_w;
+    j[3][3] = 1;
+    for (int a = 0; a < 4; a++)
+        for (int b = 0; b < 4; b++) {
+            double sum = 0;
+            for (int m = 0; m < 16; m++)
+                for (int c = 0; c < 3; c++) {
+                    int p = m / 4 < 3 ? 3 * l + m / 4 : 3 * lamps + 3 * l + c;
+                    int q = m % 4 < 3 ? 3 * l + m % 4 : 3 * lamps + 3 * l + c;
+                    sum += j[a][m / 4] * lamp_covariance(spread, p, q) * j[b][m % 4] / 3;
+                }
+            lamp->covariance[a][b] = sum;
+        }
+}
+
 void lamp_keep_shift(struct sample_shift *shift, const struct lamp_state *s,
                      const struct lamp_spread *spread)
 {
@@ -182,8 +210,10 @@ void lamp_keep_shift(struct sample_shift *shift, const struct lamp_state *s,
 void lamp_keep(struct calibration *c, const struct lamp_state *s, bool with_sample,
                const struct lamp_spread *spread)
 {
-    for (int l = 0; l < c->lamps; l++)
+    for (int l = 0; l < c->lamps; l++) {
         keep_lamp(&c->lamp[l], s, l, c->lamps, mean_power(s, c, l), spread);
+        keep_covariance(&c->lamp[l], s, l, c->lamps, spread);
+    }
     for (int v = 0; v < c->views; v++) {
         struct view *view = &c->view[v];
         int at = 6 * c->lamps + v;

@@ -2,16 +2,20 @@
  *
  * Method.   f = L / (light cos(theta_i)/r^2) moves as ln(cos(theta_i)/r^2) does, and with the
  * angles that it is filed under. Each is differentiated by the sample's centre and radius, the ray
- * (the pose), the lamp's place and strength; the sigmas of these are taken as independent. A step c
+ * (the pose), the lamp's place and strength; the sigmas of these are taken as independent, but for
+ * place and strength of a lamp, whose covariance is the calibration's. A step c
  * of the sample's centre makes the ray's point slide along the ray d so as to stay on the surface,
  * by d (n.c)/(n.d); the normal turns by the part of d (n.c)/(n.d) - c in which the surface is
  * curved, over the radius.
  */
 #include "strip.h"
 
+#include <string.h>
+
 /** Standard deviations that all photosites of a view share, squared. */
 struct shared_sigmas {
-    vec3 center, lamp;  // per axis; lamp: of its position, mm, or of its direction
+    vec3 center;        // per axis
+    double lamp[4][4];  // covariance of its position (direction) and ln intensity
     double shake, radius, dimming;
     vec3 axis;          // of a cylinder: along it the surface is flat; else 0
     double far;         // 1 for a lamp at infinity, else 0
@@ -26,9 +30,8 @@ static vec3 squares(const double sigma[3])
 static struct shared_sigmas sigmas_of(const struct viewing *v)
 {
     bool cylinder = v->sample->shape == SHAPE_CYLINDER, near = !v->lamp->at_infinity;
-    return (struct shared_sigmas){
+    struct shared_sigmas s = {
         .center = squares(v->sample->sigma_center),
-        .lamp = squares(near ? v->lamp->sigma_position : v->lamp->sigma_direction),
         .shake = v->shake * v->shake,
         .radius = v->sample->sigma_radius * v->sample->sigma_radius,
         .dimming = v->dimming * v->dimming,
@@ -37,6 +40,8 @@ static struct shared_sigmas sigmas_of(const struct viewing *v)
         .turn = squares(v->sample->sigma_turn),
         .middle = v->sample->center,
     };
+    memcpy(s.lamp, v->lamp_spread, sizeof s.lamp);
+    return s;
 }
 
 // What is left of a vector where the surface curves: all on a sphere, nothing along a cylinder.
@@ -68,6 +73,17 @@ static inline double variance(vec3 g, vec3 squares_of_sigma)
            + g.z * g.z * squares_of_sigma.z;
 }
 
+// Of g.(position) + i (ln intensity).
+static inline double lamp_variance(const double c[4][4], vec3 g, double i)
+{
+    double square =
+        g.x * g.x * c[0][0] + g.y * g.y * c[1][1] + g.z * g.z * c[2][2] + i * i * c[3][3];
+    double mixed = g.x * g.y * c[0][1] + g.y * g.z * c[1][2] + g.z * g.x * c[2][0]
+                   + i * (g.x * c[0][3] + g.y * c[1][3] + g.z * c[2][3]);
+    double sum = square + 2 * mixed;
+    return sum > 0 ? sum : 0;
+}
+
 static inline double place_variance(const struct shared_sigmas *s, place_slope g)
 {
     return variance(g.center, s->center) + s->shake * vec3_dot(g.center, g.center)
@@ -87,10 +103,11 @@ static inline double systematic_variance(const struct shared_sigmas *s, vec3 n, 
     g.center = vec3_add(vec3_scale(g.center, 1 / cos_i), vec3_scale(n, nearer));
     g.radius = g.radius / cos_i + nearer;
     vec3 by_lamp = vec3_add(lamp, vec3_scale(n, s->far / cos_i));
-    return place_variance(s, g) + variance(by_lamp, s->lamp) + s->dimming;
+    return place_variance(s, g) + lamp_variance(s->lamp, by_lamp, 1) + s->dimming;
 }
 
-// theta_h turns as n does along h's tangent; where h is n, along any.
+// theta_h turns as n does along h's tangent, where h is n along any; and as h does with the lamp:
+// wi turns by what moves the lamp across it over its distance, h by 1/|wi + wo| of that.
 static inline vec3 tangent_of(vec3 n, vec3 wi, vec3 d)
 {
     vec3 h = vec3_sub(wi, d), out = vec3_sub(h, vec3_scale(n, vec3_dot(h, n)));
@@ -104,10 +121,13 @@ static inline vec3 tangent_of(vec3 n, vec3 wi, vec3 d)
 }
 
 static inline double tilt_variance(const struct shared_sigmas *s, vec3 n, vec3 wi, vec3 d,
-                                   double curvature)
+                                   double near, double curvature)
 {
-    vec3 tangent = tangent_of(n, wi, d);
-    return place_variance(s, slope_of(tangent, n, d, vec3_dot(n, d), curvature, s->axis));
+    vec3 tangent = tangent_of(n, wi, d), h = vec3_sub(wi, d);
+    vec3 across = vec3_sub(tangent, vec3_scale(wi, vec3_dot(tangent, wi)));
+    vec3 by_lamp = vec3_scale(across, (near + s->far) / vec3_length(h));
+    return place_variance(s, slope_of(tangent, n, d, vec3_dot(n, d), curvature, s->axis))
+           + lamp_variance(s->lamp, by_lamp, 0);
 }
 
 WIDE static void take_errors(struct strip *strip, const struct shared_sigmas *shared)
@@ -119,7 +139,7 @@ WIDE static void take_errors(struct strip *strip, const struct shared_sigmas *sh
         vec3 d = {-strip->wo.x[i], -strip->wo.y[i], -strip->wo.z[i]};
         double near = 1 / strip->distance[i], curvature = strip->curvature[i];
         strip->systematic[i] = sqrt(systematic_variance(&s, n, wi, d, near, curvature));
-        strip->tilt[i] = sqrt(tilt_variance(&s, n, wi, d, curvature));
+        strip->tilt[i] = sqrt(tilt_variance(&s, n, wi, d, near, curvature));
     }
 }
 

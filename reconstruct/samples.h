@@ -54,14 +54,15 @@ struct viewing {
     const struct consensus *consensus;  // what is known of f already, may be NULL: nothing
     mat3 view_from_world;
     vec3 eye, lamp_position;
-    double square;          // side of the square that photosite and lens average over, photosites
-    double margin;          // what is this near an edge is mixed with what is beyond, photosites
-    double photosite;       // 1.5 photosites, in radians: how near a blocker's edge may be
-    double light[3];        // intensity (or irradiance) times power
-    double shake;           // 1 sigma of the ray at the sample from the pose, mm
-    double dimming;         // 1 sigma of ln(light)
-    double bounce_sigma;    // of the bounced light, relative: shared by all photosites
-    double bounce_scatter;  // likewise, of each photosite's own
+    double square;     // side of the square that photosite and lens average over, photosites
+    double margin;     // what is this near an edge is mixed with what is beyond, photosites
+    double photosite;  // 1.5 photosites, in radians: how near a blocker's edge may be
+    double light[3];   // intensity (or irradiance) times power
+    double shake;      // 1 sigma of the ray at the sample from the pose, mm
+    double dimming;    // 1 sigma of ln(light), besides lamp_spread's
+    double lamp_spread[4][4];  // covariance of the lamp's position (direction) and ln intensity
+    double bounce_sigma;       // of the bounced light, relative: shared by all photosites
+    double bounce_scatter;     // likewise, of each photosite's own
 };
 
 /** The board's rectangle in the plane z = 0 of the world. */

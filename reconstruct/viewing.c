@@ -3,6 +3,8 @@
  */
 #include "samples.h"
 
+#include <string.h>
+
 #define FATE_TEXT(name, text) text,
 const char *const rec_fate_name[FATES] = {FATE_LIST(FATE_TEXT)};
 #undef FATE_TEXT
@@ -10,6 +12,28 @@ const char *const rec_fate_name[FATES] = {FATE_LIST(FATE_TEXT)};
 static double square(double x)
 {
     return x * x;
+}
+
+// The lamp's covariance in the world; without one, of independent numbers.
+static void spread_lamp(double spread[4][4], const struct lamp *lamp, const mat3 *view_from_world)
+{
+    double own[4][4];
+    memcpy(own, lamp->covariance, sizeof own);
+    if (!(own[3][3] > 0)) {
+        const double *sigma = lamp->at_infinity ? lamp->sigma_direction : lamp->sigma_position;
+        memset(own, 0, sizeof own);
+        for (int k = 0; k < 3; k++) {
+            own[k][k] = square(sigma[k]);
+            own[3][3] += square(lamp->sigma_intensity[k] / lamp->intensity[k]) / 3;
+        }
+    }
+    double turn[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+    for (int k = 0; k < 9 && lamp->on_camera; k++)
+        turn[k / 3][k % 3] = view_from_world->m[k % 3][k / 3];
+    for (int k = 0; k < 256; k++) {
+        int a = k / 64, b = k / 16 % 4, i = k / 4 % 4, j = k % 4;
+        spread[a][b] += turn[a][i] * own[i][j] * turn[b][j];
+    }
 }
 
 struct viewing rec_viewing(const struct calibration *calibration, int view,
@@ -36,12 +60,10 @@ struct viewing rec_viewing(const struct calibration *calibration, int view,
     v.margin = fmax(1, 0.5 + 2 * of->blur_px);
     if (!lamp->at_infinity)
         v.lamp_position = cal_lamp_position(lamp, of->view_from_world);
-    double dimming2 = square(of->sigma_power / of->power);
-    for (int c = 0; c < 3; c++) {
+    for (int c = 0; c < 3; c++)
         v.light[c] = lamp->intensity[c] * of->power;
-        dimming2 += square(lamp->sigma_intensity[c] / lamp->intensity[c]) / 3;
-    }
-    v.dimming = sqrt(dimming2);
+    v.dimming = of->sigma_power / of->power;
+    spread_lamp(v.lamp_spread, lamp, &v.view_from_world);
     // The board holds the pose: a camera placed wrong sees the board right, and the sample off by
     // the parallax between the two, (its height) / (the camera's distance) of the camera's error.
     double height = fabs(calibration->sample.center.z);

@@ -69,6 +69,10 @@ static struct lamp lamps[2] = {
      {0.06, 0.07, 0.08},
      {0},
      {10, 11, 12},
+     {{0.0036, 1e-4, 2e-4, -3e-6},
+      {1e-4, 0.0049, 3e-4, 4e-6},
+      {2e-4, 3e-4, 0.0064, 5e-6},
+      {-3e-6, 4e-6, 5e-6, 1e-8}},
      {[CUE_BOARD] = {{0, 0, 1}, 0.002, 650, 1.5}, [CUE_HIGHLIGHT] = {{0, 0.6, 0.8}, 0.001, 0, 0}}},
     {"sun",
      false,
@@ -79,6 +83,7 @@ static struct lamp lamps[2] = {
      {0},
      {1e-4, 2e-4, 3e-4},
      {0.1, 0, 0},
+     {{0}},
      {{{0, 0, 0}, 0, 0, 0}}}};
 static const struct calibration full = {.camera = cameras,
                                         .view = views,
@@ -134,6 +139,7 @@ static void assert_same_lamps(const struct lamp *a, const struct lamp *b)
     assert_memory_equal(a->sigma_position, b->sigma_position, sizeof a->sigma_position);
     assert_memory_equal(a->sigma_direction, b->sigma_direction, sizeof a->sigma_direction);
     assert_memory_equal(a->sigma_intensity, b->sigma_intensity, sizeof a->sigma_intensity);
+    assert_memory_equal(a->covariance, b->covariance, sizeof a->covariance);
     assert_memory_equal(a->cue, b->cue, sizeof a->cue);
 }
 

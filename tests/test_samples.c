@@ -166,6 +166,46 @@ static void test_systematic_errors_are_derivatives(void **state)
     free_scene(s);
 }
 
+// A lamp that is pulled away along its beam by 1 % and is 2 % stronger for it lights the sample as
+// before; as two errors on their own these come to 2.8 %. theta_h turns by half of what wi does.
+static void test_errors_of_a_lamp_cancel(void **state)
+{
+    (void)state;
+    struct scene *s = make_scene("lambert", grey);
+    const int x = 42, y = 38;
+    shoot(s);
+    struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    reflectance_sample a;
+    bool hit;
+    assert_int_equal(sample_at(&a, &v, &s->map, x, y, &hit), FATE_USED);
+    double r = vec3_length(vec3_sub(s->lamp.position, a.point));
+    const double away[4] = {0.01 * r * a.wi.x, 0.01 * r * a.wi.y, 0.01 * r * a.wi.z, 0.02};
+    for (int i = 0; i < 16; i++)
+        s->lamp.covariance[i / 4][i % 4] = away[i / 4] * away[i % 4];
+    assert_near(systematic(s, x, y), 0, 2e-5);
+    for (int i = 0; i < 3; i++)
+        s->lamp.covariance[i][3] = s->lamp.covariance[3][i] = 0;
+    assert_near(systematic(s, x, y), 0.02 * sqrt(2), 2e-5);
+
+    vec3 h = vec3_add(a.wi, a.wo), out = vec3_sub(h, vec3_scale(a.normal, vec3_dot(h, a.normal)));
+    vec3 across = vec3_sub(out, vec3_scale(a.wi, vec3_dot(out, a.wi)));
+    double turn = 1e-3, by = turn * r / vec3_length(across);
+    const double aside[4] = {by * across.x, by * across.y, by * across.z, 0};
+    for (int i = 0; i < 16; i++)
+        s->lamp.covariance[i / 4][i % 4] = aside[i / 4] * aside[i % 4];
+    s->lamp.covariance[3][3] = 1e-12;
+    v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    assert_int_equal(sample_at(&a, &v, &s->map, x, y, &hit), FATE_USED);
+    double before = a.angles.theta_h;
+    s->lamp.position = vec3_add(s->lamp.position, vec3_scale(across, by));
+    double tilt = a.tilt;
+    v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    assert_int_equal(sample_at(&a, &v, &s->map, x, y, &hit), FATE_USED);
+    double moved = fabs(a.angles.theta_h - before);
+    assert_near(tilt, moved, 0.15 * moved);  // the tangent is that of n, not of h
+    free_scene(s);
+}
+
 // The board between eye and sample hides it; beside the sample it does not.
 static void test_the_board_hides_what_is_behind_it(void **state)
 {
@@ -267,6 +307,7 @@ int main(void)
         cmocka_unit_test(test_gloss_comes_back_to_its_bend),
         cmocka_unit_test(test_fates),
         cmocka_unit_test(test_systematic_errors_are_derivatives),
+        cmocka_unit_test(test_errors_of_a_lamp_cancel),
         cmocka_unit_test(test_the_board_hides_what_is_behind_it),
         cmocka_unit_test(test_a_rod_hides_and_shadows),
         cmocka_unit_test(test_a_turned_box_blocks),

@@ -82,6 +82,9 @@ struct lamp {
     vec3 position, direction;
     double intensity[3];  // or irradiance
     double sigma_position[3], sigma_direction[3], sigma_intensity[3];
+    // Of position (at infinity: direction) and ln intensity, the mean of its channels: a lamp that
+    // is further away than thought is stronger, too. 0: not known, they are taken as independent.
+    double covariance[4][4];
     struct lamp_cue cue[CUES];
 };
 
