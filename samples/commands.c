@@ -1,6 +1,7 @@
 /* commands.c -- the commands of samples/: arguments and messages, no arithmetic. */
 #include "samples.h"
 
+#include "commands_goniometer.h"
 #include "commands_plan.h"
 #include "render.h"
 
@@ -32,5 +33,7 @@ const struct command sam_commands[] = {
      (const struct option[]){{"output", "CAPTURE", "the folder to make", 'o'}, {0}}, run_render},
     {"plan", "SCENE.yaml|OUT", "what shots measure, and which to make next", plan_options,
      run_plan},
+    {"goniometer", "SURFACE.yaml -o TABLE", "trace rays at explicit geometry: its BRDF",
+     goniometer_options, run_goniometer},
     {0},
 };

@@ -2,10 +2,11 @@ pkg_check_modules(LIBRAW REQUIRED IMPORTED_TARGET libraw_r)
 
 foreach(module shapes random pixel place tags light bounce film optics expose tiff_write dng_write
                jpeg_write scene render reflectance sampling material
-               things mesh png_write)
+               things mesh png_write goniometer)
     brdf_test(samples ${module})
 endforeach()
 target_include_directories(test_reflectance PRIVATE ${PROJECT_SOURCE_DIR}/reconstruct)
+target_include_directories(test_goniometer PRIVATE ${PROJECT_SOURCE_DIR}/reconstruct)
 target_include_directories(test_sampling PRIVATE ${PROJECT_SOURCE_DIR}/reconstruct)
 target_link_libraries(test_tags PRIVATE apriltag_images)
 target_link_libraries(test_tiff_write PRIVATE TIFF::TIFF)
