@@ -57,15 +57,30 @@ static enum status check_ambient(const struct frames *frames, const struct captu
     return STATUS_OK;
 }
 
+static enum status read_evenness(struct frames *frames, const struct capture *capture,
+                                 struct sensor *sensor, const struct learned *learned,
+                                 struct error *err)
+{
+    char *path = cap_path(capture->folder, capture->flat);
+    enum status status = path ? evenness_read(&frames->evenness, path, sensor, &learned->curve, err)
+                              : cap_fail(err, STATUS_MEMORY, "%s", capture->flat);
+    for (int c = 0; c < 3 && !status; c++)
+        sensor->relative[c] = hypot(sensor->relative[c], frames->evenness.relative[c]);
+    free(path);
+    return status;
+}
+
 enum status frames_make(struct frames *frames, const struct capture *capture,
-                        const struct learned *learned, int camera, struct error *err)
+                        struct learned *learned, int camera, struct error *err)
 {
     struct frames made = {0};
-    const struct sensor *sensor = &learned->sensor;
+    struct sensor *sensor = &learned->sensor;
     enum status status = STATUS_OK;
     if (capture->flat)
         status = flat_fit(&made.flat, capture, sensor, &learned->curve, camera, made.cfa, err);
     made.has_flat = capture->flat && !status;
+    if (made.has_flat)
+        status = read_evenness(&made, capture, sensor, learned, err);
     if (!status)
         status =
             stack_read(&made.dark, capture, &capture->dark_frames, camera, &learned->curve, err);
@@ -91,6 +106,7 @@ enum status frames_make(struct frames *frames, const struct capture *capture,
 void frames_free(struct frames *frames)
 {
     flat_free(&frames->flat);
+    evenness_free(&frames->evenness);
     stack_free(&frames->dark);
     stack_free(&frames->ambient);
     *frames = (struct frames){0};
@@ -181,4 +197,5 @@ void frames_finish(const struct frames *frames, const struct merge_row *row, int
         take_ambient(frames, row, y, value, variance);
     if (frames->dark.frames > 0)
         mark_hot(frames, row, y, variance);
+    evenness_mark(&frames->evenness, y, row->count, variance);
 }

@@ -2,6 +2,7 @@
 #ifndef GONIOCAM_FRAMES_H
 #define GONIOCAM_FRAMES_H
 
+#include "evenness.h"
 #include "flat.h"
 #include "merge.h"
 #include "sensor.h"
@@ -11,20 +12,22 @@
 struct frames {
     bool has_flat;
     struct flat flat;
+    struct evenness evenness;  // of the flat frame
     char cfa[5];
     struct stack dark, ambient;
     double dark_level[3], dark_noise2[3];  // DN; variance of a photosite of the mean, DN^2
     double pattern2[3];                    // variance of dark photosites about their level, DN^2
     double ambient_noise2[3], ambient_slope[3];  // variance of the ambient mean = noise2 + slope DN
 };
+/** The unequal response of photosites that the flat frame shows goes into learned->sensor. */
 enum status frames_make(struct frames *frames, const struct capture *capture,
-                        const struct learned *learned, int camera, struct error *err);
+                        struct learned *learned, int camera, struct error *err);
 void frames_free(struct frames *frames);
 /** Floats of room that a row of `count` values needs. */
 size_t frames_room(int count);
 /** Put what is known of row y into *row, whose arrays are borrowed: what changes goes to room. */
 void frames_row(const struct frames *frames, struct merge_row *row, int y, float *room);
-/** After the merge of row y: ambient light goes, hot photosites are marked. */
+/** After the merge of row y: ambient light goes, hot and dead photosites are marked. */
 void frames_finish(const struct frames *frames, const struct merge_row *row, int y, float *value,
                    float *variance);
 #endif
