@@ -155,6 +155,8 @@ enum status rec_team_tell_calibration(struct calibration *calibration, struct er
     ok = tell_array((void **)&c.view, (size_t)c.views, sizeof *c.view) && ok;
     ok = tell_array((void **)&c.lamp, (size_t)c.lamps, sizeof *c.lamp) && ok;
     ok = tell_array((void **)&c.surroundings.glow, glow, sizeof *c.surroundings.glow) && ok;
+    ok = tell_array((void **)&c.tag, (size_t)c.tags, sizeof *c.tag) && ok;
+    ok = tell_text(&c.family) && ok;
     ok = tell_text(&c.sample.file) && ok;
     enum status status = rec_team_agree(
         ok ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "no memory for the calibration"), err);
