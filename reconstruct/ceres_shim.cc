@@ -4,6 +4,7 @@
 #include <ceres/ceres.h>
 #include <glog/logging.h>
 
+#include <cmath>
 #include <exception>
 
 namespace
@@ -17,7 +18,7 @@ class PointCost : public ceres::CostFunction
   public:
     PointCost(const least_squares *problem, int point) : problem_(problem), point_(point)
     {
-        set_num_residuals(FIT_CHANNELS);
+        set_num_residuals(problem->residuals);
         mutable_parameter_block_sizes()->push_back(problem->size);
     }
     bool Evaluate(double const *const *parameters, double *residuals,
@@ -33,18 +34,35 @@ class PointCost : public ceres::CostFunction
     int point_;
 };
 
+// (s + e^2)^(1/3) of s = |r|^2, less its value at 0.
+class CubeRoot : public ceres::LossFunction
+{
+  public:
+    void Evaluate(double s, double rho[3]) const override
+    {
+        const double even = CUBE_ROOT_EVEN * CUBE_ROOT_EVEN, root = std::cbrt(s + even);
+        rho[0] = root - std::cbrt(even);
+        rho[1] = root / (3 * (s + even));
+        rho[2] = -2 * rho[1] / (3 * (s + even));
+    }
+};
+
 }  // namespace
 
 enum status rec_least_squares(struct least_squares *problem, struct error *err)
 {
     try {
-        ceres::CauchyLoss loss(problem->scale);
+        ceres::CauchyLoss cauchy(problem->scale > 0 ? problem->scale : 1);
+        CubeRoot cube_root;
+        ceres::LossFunction *loss = &cube_root;
+        if (problem->scale > 0)
+            loss = &cauchy;
         ceres::Problem::Options ownership;
         ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
         ceres::Problem ceres_problem(ownership);
         ceres_problem.AddParameterBlock(problem->parameters, problem->size);
         for (int i = 0; i < problem->points; i++)
-            ceres_problem.AddResidualBlock(new PointCost(problem, i), &loss, problem->parameters);
+            ceres_problem.AddResidualBlock(new PointCost(problem, i), loss, problem->parameters);
         for (int k = 0; k < problem->size; k++) {
             ceres_problem.SetParameterLowerBound(problem->parameters, k, problem->low[k]);
             ceres_problem.SetParameterUpperBound(problem->parameters, k, problem->high[k]);

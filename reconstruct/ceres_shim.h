@@ -8,21 +8,22 @@
 extern "C" {
 #endif
 
-enum { FIT_CHANNELS = 3 };
-
-/** Minimise sum over points of rho(|r|^2), rho Cauchy's, low <= parameters <= high. Everything is
- *  borrowed; the solver writes parameters and cost. */
+/** Minimise sum over points of rho(|r|^2), low <= parameters <= high. Everything is borrowed; the
+ *  solver writes parameters and cost. */
 struct least_squares {
-    /** r[3] of a point, and where slope is not NULL its derivatives [3][parameters]. */
+    /** r [residuals] of a point, and where slope is not NULL its derivatives [residuals][size]. */
     void (*residual)(const void *context, int point, const double *parameters, double *r,
                      double *slope);
     const void *context;
     const double *low, *high;  // [size]
     double *parameters;        // [size]
     double cost;               // half the robust sum of squares
-    double scale;              // of |r|, where Cauchy's loss bends
-    int points, size, iterations;
+    double scale;              // of |r|, where Cauchy's loss bends; 0: rho is the cube root
+    int points, residuals, size, iterations;
 };
+
+/** Below this |r| the cube root goes on evenly to 0. */
+#define CUBE_ROOT_EVEN 1e-4
 
 /** One thread. Coming to the last iteration is no failure. STATUS_SOLVER if Ceres finds no
  *  finite cost, or throws: no exception crosses this line. */

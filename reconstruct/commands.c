@@ -69,7 +69,7 @@ enum { MODELS_MAX = 64 };
 static void tell_models(const char *wrong)
 {
     fprintf(stderr, "goniocam: no model is called '%s'; there are:", wrong);
-    for (const struct model *const *m = rec_models; *m; m++)
+    for (const struct model *const *m = rec_models_all; *m; m++)
         fprintf(stderr, " %s", (*m)->name);
     fprintf(stderr, "\n");
 }

@@ -1,14 +1,15 @@
 /* fit.c -- models fitted to bins, and ranked.
  *
  * Method.   Residuals ln((f m + e)/(f' m + e)) / sigma, m = cos_i cos_o, e = 1e-3, at the bins'
- *           centroids; Cauchy's loss, Ceres. Each model starts from several places on a few hundred
- *           bins; the best goes on with all that are not held out, is judged by those that are,
- *           and then takes all of them. Models are fitted side by side, each by one thread, so the
- *           number of threads changes nothing.
+ *           centroids, Cauchy's loss (or as enum fit_cost says); Ceres. A search over the whole
+ *           range (fit_starts.c) gives three places from which to go down on a few hundred bins;
+ *           the best goes on with all that are not held out, is judged by those that are, and then
+ *           takes all of them. Models are fitted side by side, each by one thread, so the number
+ *           of threads changes nothing.
  * Ranking.  By the mean bent residual of held-out bins. Where two models are within 2 % of each
  *           other, the one with fewer parameters explains more.
  */
-#include "fit_model.h"
+#include "fit_starts.h"
 
 #include "ceres_shim.h"
 #include "quantile.h"
@@ -17,9 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { WANTED = 5000, COARSE = 500, STARTS = 6 };
-
-static const double bend = 3;  // sigmas: residuals beyond it count less and less
+enum { WANTED = 5000, COARSE = 500 };
 
 // A fit under way.
 struct fitting {
@@ -27,44 +26,6 @@ struct fitting {
     double solver[MODEL_PARAMETERS_MAX];
     double held_cost;  // per held-out bin
 };
-
-// The matte part that the darkest fifth of the bins suggests: gloss only adds to it.
-static void body_albedo(double albedo[3], const struct fit_point *points, int count,
-                        double *scratch)
-{
-    assert(count > 0 && scratch);
-    for (int c = 0; c < 3; c++) {
-        for (int i = 0; i < count; i++)
-            scratch[i] = points[i].f[c];
-        albedo[c] = fmin(0.95, fmax(1e-3, CAP_PI * rec_quantile(scratch, count, 0.2)));
-    }
-}
-
-// Where a parameter starts: three widths of lobe, each with a matte and with a glossy reading.
-static double start_value(const struct parameter *p, int channel, int start, const double albedo[3])
-{
-    static const double width[3] = {0.03, 0.12, 0.4};
-    bool glossy = start >= 3;
-    if (strcmp(p->name, "albedo") == 0)
-        return glossy ? 0.1 * albedo[channel] : albedo[channel];
-    if (strcmp(p->name, "alpha") == 0)
-        return width[start % 3];
-    if (strcmp(p->name, "ior") == 0)
-        return glossy ? 2.5 : 1.5;
-    if (strcmp(p->name, "f0") == 0)
-        return glossy ? 0.6 : 0.05;
-    return 0.5 * (p->low + p->high);
-}
-
-static void start_at(struct fitting *t, int start, const double albedo[3])
-{
-    double value[MODEL_PARAMETERS_MAX];
-    int k = 0;
-    for (const struct parameter *p = t->f.model->parameter; p->name; p++)
-        for (int c = 0; c < p->size; c++)
-            value[k++] = start_value(p, c, start, albedo);
-    rec_fit_to_solver(&t->f, value, t->solver);
-}
 
 static enum status descend(struct fitting *t, const int *pick, int picked, int iterations,
                            double *cost, struct error *err)
@@ -76,8 +37,9 @@ static enum status descend(struct fitting *t, const int *pick, int picked, int i
         .low = t->f.low,
         .high = t->f.high,
         .parameters = t->solver,
-        .scale = bend,
+        .scale = rec_fit_scale(t->f.cost),
         .points = picked,
+        .residuals = 3,
         .size = t->f.size,
         .iterations = iterations,
     };
@@ -113,16 +75,21 @@ static enum status divide(struct division *d, const struct fit_point *points, in
     return STATUS_OK;
 }
 
-static enum status try_starts(struct fitting *t, const struct division *d, const double albedo[3],
-                              struct error *err)
+// From the best places of a coarse search, each some steps down; on from the lowest.
+static enum status try_starts(struct fitting *t, const struct division *d, struct error *err)
 {
+    double start[FIT_STARTS_MAX][MODEL_PARAMETERS_MAX];
     struct fitting best = *t;
     double least = INFINITY;
-    int starts = t->f.size > 3 ? STARTS : 1;  // three numbers are a colour: nothing to search
     enum status status = STATUS_OK;
+    int searched[COARSE], count = 0;
+    for (int i = 0; i < d->coarses && count < COARSE; i += 2)
+        searched[count++] = d->coarse[i];
+    t->f.pick = searched;
+    int starts = rec_fit_starts(&t->f, count, start, t->f.size > 3 ? 3 : 1);
     for (int s = 0; s < starts && !status; s++) {
         double cost = INFINITY;
-        start_at(t, s, albedo);
+        memcpy(t->solver, start[s], sizeof t->solver);
         status = descend(t, d->coarse, d->coarses, 25, &cost, err);
         if (cost < least) {
             least = cost;
@@ -148,12 +115,12 @@ static void judge(struct fit *fit, struct fitting *t, const struct division *d, 
         double r[3], f[3];
         rec_fit_residual(&t->f, i, t->solver, r, NULL);
         t->f.model->eval(value, p->wi, p->wo, f);
-        double r2 = r[0] * r[0] + r[1] * r[1] + r[2] * r[2];
-        cost += log1p(r2 / (bend * bend));
+        cost += rec_fit_loss(t->f.cost, r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
         for (int c = 0; c < 3; c++) {
-            log2 += r[c] * p->sigma[c] * r[c] * p->sigma[c];
+            double miss = p->log_f[c] - rec_fit_log(f[c], p->m);
+            log2 += miss * miss;
             relative[3 * i + c] = fabs(f[c] / p->f[c] - 1);
-            size[3 * i + c] = fabs(r[c]);
+            size[3 * i + c] = fabs(miss) / p->sigma[c];
         }
     }
     t->held_cost = cost / n;
@@ -162,16 +129,25 @@ static void judge(struct fit *fit, struct fitting *t, const struct division *d, 
     fit->chi = rec_quantile(size, 3 * n, 0.5) / 0.6745;
 }
 
+// The parameters and how sure they are; the last descent was on all points.
+static void tell(struct fit *fit, const struct fitting *t, const struct division *d)
+{
+    rec_fit_to_model(&t->f, t->solver, fit->value);
+    rec_fit_covariance(&t->f, d->alls, t->solver, fit->covariance);
+    for (int k = 0; k < t->f.size; k++)
+        fit->sigma[k] = sqrt(fit->covariance[k * t->f.size + k]);
+}
+
 static enum status fit_one(struct fit *fit, struct fitting *t, const struct model *model,
-                           const struct fit_point *points, const struct division *d,
-                           const double albedo[3], struct error *err)
+                           const struct fit_point *points, enum fit_cost cost,
+                           const struct division *d, struct error *err)
 {
     double *scratch = malloc(6 * (size_t)d->alls * sizeof *scratch);
     if (!scratch)
         return cap_fail(err, STATUS_MEMORY, "no memory for a fit");
-    *t = (struct fitting){.f = rec_fit_model(model, points, NULL)};
+    *t = (struct fitting){.f = rec_fit_model(model, points, cost)};
     *fit = (struct fit){.model = model, .bins = d->alls};
-    enum status status = try_starts(t, d, albedo, err);
+    enum status status = try_starts(t, d, err);
     if (!status)
         status = descend(t, d->seen, d->seens, 20, NULL, err);
     if (!status) {
@@ -179,8 +155,7 @@ static enum status fit_one(struct fit *fit, struct fitting *t, const struct mode
         status = descend(t, d->all, d->alls, 5, NULL, err);
     }
     if (!status) {
-        rec_fit_to_model(&t->f, t->solver, fit->value);
-        rec_fit_sigma(&t->f, d->alls, t->solver, fit->sigma);
+        tell(fit, t, d);
     }
     free(scratch);
     return status;
@@ -209,8 +184,8 @@ static void rank(struct fit *fit, struct fitting *t, int count)
 }
 
 static enum status fit_all(struct fit *fit, const struct model *const *models, int count,
-                           const struct fit_point *points, const struct division *d,
-                           const double albedo[3], struct run *run, struct error *err)
+                           const struct fit_point *points, enum fit_cost cost,
+                           const struct division *d, struct run *run, struct error *err)
 {
     enum status status = STATUS_OK;
     struct fitting *t = calloc((size_t)count, sizeof *t);
@@ -219,7 +194,7 @@ static enum status fit_all(struct fit *fit, const struct model *const *models, i
 #pragma omp parallel for schedule(dynamic) num_threads(run->threads)
     for (int i = 0; i < count; i++) {
         struct error why = {0};
-        enum status s = fit_one(&fit[i], &t[i], models[i], points, d, albedo, &why);
+        enum status s = fit_one(&fit[i], &t[i], models[i], points, cost, d, &why);
         cap_step(run);
         if (s) {
 #pragma omp critical(fit)
@@ -232,13 +207,13 @@ static enum status fit_all(struct fit *fit, const struct model *const *models, i
     return status;
 }
 
-enum status rec_fit(struct fits *fits, const struct bins *bins, const struct model *const *models,
-                    int count, struct run *run, struct error *err)
+enum status rec_fit_by(struct fits *fits, const struct bins *bins, enum fit_cost cost,
+                       const struct model *const *models, int count, struct run *run,
+                       struct error *err)
 {
     struct fit_point *points = NULL;
     struct division d = {0};
     struct fit *fit = NULL;
-    double *scratch = NULL, albedo[3];
     int n = 0;
     if (!models)
         for (models = rec_models, count = 0; rec_models[count];)
@@ -249,34 +224,33 @@ enum status rec_fit(struct fits *fits, const struct bins *bins, const struct mod
         status = divide(&d, points, n, err);
     if (!status) {
         fit = calloc((size_t)count, sizeof *fit);
-        scratch = malloc((size_t)n * sizeof *scratch);
-        if (!fit || !scratch)
-            status = cap_fail(err, STATUS_MEMORY, "no memory for a fit");
-    }
-    if (!status) {
-        body_albedo(albedo, points, n, scratch);
-        status = fit_all(fit, models, count, points, &d, albedo, run, err);
+        status = fit ? fit_all(fit, models, count, points, cost, &d, run, err)
+                     : cap_fail(err, STATUS_MEMORY, "no memory for a fit");
     }
     if (!status) {
         *fits = (struct fits){fit, count};
         fit = NULL;  // the caller's now
     }
     free(fit);
-    free(scratch);
     free(points);
     free(d.all);
     return status;
 }
 
+enum status rec_fit(struct fits *fits, const struct bins *bins, const struct model *const *models,
+                    int count, struct run *run, struct error *err)
+{
+    return rec_fit_by(fits, bins, FIT_STATISTICAL, models, count, run, err);
+}
+
 static enum status fit_one_again(struct fit *fit, const struct fit_point *points,
                                  const struct division *d, struct error *err)
 {
-    struct fitting t = {.f = rec_fit_model(fit->model, points, NULL)};
+    struct fitting t = {.f = rec_fit_model(fit->model, points, FIT_STATISTICAL)};
     rec_fit_to_solver(&t.f, fit->value, t.solver);
     enum status status = descend(&t, d->all, d->alls, 5, NULL, err);
     if (!status) {
-        rec_fit_to_model(&t.f, t.solver, fit->value);
-        rec_fit_sigma(&t.f, d->alls, t.solver, fit->sigma);
+        tell(fit, &t, d);
     }
     return status;
 }

@@ -88,14 +88,20 @@ static void solve(double l[MAX][MAX], int size, double *x)
     }
 }
 
-void rec_fit_sigma(const struct fit_model *f, int picked, const double *solver, double *sigma)
+void rec_fit_covariance(const struct fit_model *f, int picked, const double *solver,
+                        double *covariance)
 {
+    struct fit_model errors = *f;
+    errors.cost = FIT_STATISTICAL;  // whatever the fit made small: errors are in sigmas
     struct normal sum = {.size = f->size};
+    double by_solver[MAX];
     for (int i = 0; i < picked; i++)
-        add_point(&sum, f, i, solver);
+        add_point(&sum, &errors, i, solver);
     double spread = fmax(1, sum.r2 / (3.0 * picked));
-    for (int k = 0; k < f->size; k++)
+    for (int k = 0; k < f->size; k++) {
         sum.n[k][k] += 1 / ((f->high[k] - f->low[k]) * (f->high[k] - f->low[k]));
+        by_solver[k] = f->logarithm[k] ? exp(solver[k]) : 1;
+    }
     factor(sum.n, f->size);
     solve(sum.n, f->size, sum.shared[0]);
     solve(sum.n, f->size, sum.shared[1]);
@@ -103,8 +109,10 @@ void rec_fit_sigma(const struct fit_model *f, int picked, const double *solver, 
         double column[MAX] = {0};
         column[k] = 1;
         solve(sum.n, f->size, column);
-        double s = sqrt(spread * column[k] + sum.shared[0][k] * sum.shared[0][k]
-                        + sum.shared[1][k] * sum.shared[1][k]);
-        sigma[k] = f->logarithm[k] ? s * exp(solver[k]) : s;
+        for (int j = 0; j < f->size; j++)
+            covariance[k * f->size + j] =
+                by_solver[k] * by_solver[j]
+                * (spread * column[j] + sum.shared[0][k] * sum.shared[0][j]
+                   + sum.shared[1][k] * sum.shared[1][j]);
     }
 }

@@ -5,17 +5,23 @@
  */
 #include "fit_model.h"
 
+#include "ceres_shim.h"
+
 static const double step = 1e-6;
 
+// Where a range begins at 0 and is wide, its logarithm begins here.
+static const double least = 1e-3;
+
 struct fit_model rec_fit_model(const struct model *model, const struct fit_point *points,
-                               const int *pick)
+                               enum fit_cost cost)
 {
-    struct fit_model f = {.model = model, .points = points, .pick = pick};
+    struct fit_model f = {.model = model, .points = points, .cost = cost};
     for (const struct parameter *p = model->parameter; p->name; p++)
         for (int c = 0; c < p->size; c++, f.size++) {
-            bool wide = p->low > 0 && p->high >= 100 * p->low;
+            double low = p->low == 0 && p->high >= 1e4 ? least : p->low;
+            bool wide = low > 0 && p->high >= 100 * low;
             f.logarithm[f.size] = wide;
-            f.low[f.size] = wide ? log(p->low) : p->low;
+            f.low[f.size] = wide ? log(low) : low;
             f.high[f.size] = wide ? log(p->high) : p->high;
         }
     return f;
@@ -29,39 +35,77 @@ void rec_fit_to_model(const struct fit_model *f, const double *solver, double *m
 
 void rec_fit_to_solver(const struct fit_model *f, const double *model, double *solver)
 {
-    for (int k = 0; k < f->size; k++)
-        solver[k] = f->logarithm[k] ? log(model[k]) : model[k];
+    for (int k = 0; k < f->size; k++) {
+        double x = f->logarithm[k] ? log(fmax(model[k], 1e-300)) : model[k];
+        solver[k] = fmin(f->high[k], fmax(f->low[k], x));
+    }
 }
 
-// The model at the solver's parameters.
-static void eval_at(const struct fit_model *f, const struct fit_point *p, const double *solver,
-                    double fitted[3])
+double rec_fit_scale(enum fit_cost cost)
 {
-    double value[MODEL_PARAMETERS_MAX];
+    return cost == FIT_CUBE_ROOT ? 0 : FIT_BEND;
+}
+
+double rec_fit_loss(enum fit_cost cost, double r2)
+{
+    if (cost == FIT_CUBE_ROOT)
+        return cbrt(r2 + CUBE_ROOT_EVEN * CUBE_ROOT_EVEN);
+    return log1p(r2 / (FIT_BEND * FIT_BEND));
+}
+
+// r from f, and dr/df.
+static double residual(const struct fit_model *f, const struct fit_point *p, int c, double fitted,
+                       double *by_f)
+{
+    if (f->cost == FIT_CUBE_ROOT) {
+        *by_f = -p->m;
+        return (p->f[c] - fitted) * p->m;
+    }
+    double sigma = f->cost == FIT_LOG ? FIT_LOG_SIGMA : p->sigma[c];
+    *by_f = -p->m / ((fitted * p->m + FIT_DARK) * sigma);
+    return (p->log_f[c] - rec_fit_log(fitted, p->m)) / sigma;
+}
+
+// Derivatives of f by the solver's parameters, [3][size], by differences.
+static void take_differences(const struct fit_model *f, const struct fit_point *p,
+                             const double *solver, const double fitted[3], double *slope)
+{
+    double at[MODEL_PARAMETERS_MAX], value[MODEL_PARAMETERS_MAX], moved[3];
+    for (int k = 0; k < f->size; k++)
+        at[k] = solver[k];
     rec_fit_to_model(f, solver, value);
-    f->model->eval(value, p->wi, p->wo, fitted);
+    for (int k = 0; k < f->size; k++) {
+        bool room = solver[k] + step <= f->high[k];  // no step out of the physical range
+        double kept = value[k];
+        at[k] += room ? step : -step;
+        value[k] = f->logarithm[k] ? exp(at[k]) : at[k];
+        f->model->eval(value, p->wi, p->wo, moved);
+        for (int c = 0; c < 3; c++)
+            slope[c * f->size + k] = (moved[c] - fitted[c]) / (at[k] - solver[k]);
+        at[k] = solver[k];
+        value[k] = kept;
+    }
 }
 
 void rec_fit_residual(const void *context, int i, const double *solver, double *r, double *slope)
 {
     const struct fit_model *f = context;
     const struct fit_point *p = &f->points[f->pick[i]];
-    double fitted[3], moved[3], at[MODEL_PARAMETERS_MAX];
-    eval_at(f, p, solver, fitted);
-    for (int c = 0; c < 3; c++)
-        r[c] = (p->log_f[c] - rec_fit_log(fitted[c], p->m)) / p->sigma[c];
-    if (!slope)
-        return;
-    for (int k = 0; k < f->size; k++)
-        at[k] = solver[k];
-    for (int k = 0; k < f->size; k++) {
-        bool room = solver[k] + step <= f->high[k];  // no step out of the physical range
-        at[k] += room ? step : -step;
-        eval_at(f, p, at, moved);
-        for (int c = 0; c < 3; c++) {
-            double by_f = -p->m / ((fitted[c] * p->m + FIT_DARK) * p->sigma[c]);
-            slope[c * f->size + k] = by_f * (moved[c] - fitted[c]) / (at[k] - solver[k]);
-        }
-        at[k] = solver[k];
+    double fitted[3], value[MODEL_PARAMETERS_MAX], by_f;
+    rec_fit_to_model(f, solver, value);
+    if (slope && f->model->slopes) {
+        f->model->slopes(value, p->wi, p->wo, fitted, slope);
+        for (int k = 0; k < 3 * f->size; k++)
+            if (f->logarithm[k % f->size])
+                slope[k] *= value[k % f->size];
+    } else {
+        f->model->eval(value, p->wi, p->wo, fitted);
+        if (slope)
+            take_differences(f, p, solver, fitted, slope);
+    }
+    for (int c = 0; c < 3; c++) {
+        r[c] = residual(f, p, c, fitted[c], &by_f);
+        for (int k = 0; slope && k < f->size; k++)
+            slope[c * f->size + k] *= by_f;
     }
 }

@@ -4,26 +4,37 @@
 
 #include "fit_points.h"
 
+#define FIT_BEND      3.0   // sigmas: residuals beyond it count less and less
+#define FIT_LOG_SIGMA 0.05  // of FIT_LOG: what models of real materials miss by; Ngan et al. 2005
+
 /** A model and the points it is fitted to. The solver's parameter k is the model's, or its
  *  logarithm where the range spans two decades or more: a lobe's width is known by its ratio. */
 struct fit_model {
     const struct model *model;
     const struct fit_point *points;
     const int *pick;  // indices into points that take part
+    enum fit_cost cost;
     int size;
     bool logarithm[MODEL_PARAMETERS_MAX];
     double low[MODEL_PARAMETERS_MAX], high[MODEL_PARAMETERS_MAX];  // of the solver's
 };
 
 struct fit_model rec_fit_model(const struct model *model, const struct fit_point *points,
-                               const int *pick);
+                               enum fit_cost cost);
+/** What one point costs, of the square of its residuals. */
+double rec_fit_loss(enum fit_cost cost, double r2);
+/** struct least_squares' scale: FIT_BEND, or 0. */
+double rec_fit_scale(enum fit_cost cost);
 /** The model's parameters from the solver's, and back. */
 void rec_fit_to_model(const struct fit_model *f, const double *solver, double *model);
 void rec_fit_to_solver(const struct fit_model *f, const double *model, double *solver);
-/** Residuals r[3] at pick[i] and, where not NULL, slopes [3][size], by differences. The
- *  signature is struct least_squares'; context is a struct fit_model. */
+/** Residuals r[3] at pick[i] and, where not NULL, slopes [3][size], by the model's own
+ *  derivatives or by differences. The signature is struct least_squares'; context is a struct
+ * fit_model. */
 void rec_fit_residual(const void *context, int i, const double *solver, double *r, double *slope);
-/** 1 sigma of the model's parameters at a solution: noise, and the calibration's shared errors. */
-void rec_fit_sigma(const struct fit_model *f, int picked, const double *solver, double *sigma);
+/** The covariance [size][size] of the model's parameters at a solution: noise, and the
+ *  calibration's shared errors. */
+void rec_fit_covariance(const struct fit_model *f, int picked, const double *solver,
+                        double *covariance);
 
 #endif

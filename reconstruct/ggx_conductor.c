@@ -1,8 +1,9 @@
 /* ggx_conductor.c -- bare metal: GGX facets with the exact Fresnel reflectance of a conductor.
  *
- *      f = F(wi.h; eta, k) D(h) G1(wi) G1(wo) / (4 cos_i cos_o)
+ *      f = F(wi.h; eta, k) D(h) G / (4 cos_i cos_o)
  *
- * eta - i k is the complex refractive index in each channel, against air.
+ * Smith shadowing, separable or height-correlated; eta - i k is the complex refractive index in
+ * each channel, against air.
  */
 #include "lobes.h"
 #include "models.h"
@@ -22,12 +23,22 @@ static double fresnel_conductor(double c, double eta, double k)
     return 0.5 * s * (1 + (sum - cross) / (sum + cross));
 }
 
+static void combine(const double *parameters, facet a, double lobe, double f[3])
+{
+    for (int c = 0; c < 3; c++)
+        f[c] = lobe * fresnel_conductor(a.c, parameters[ETA + c], parameters[K + c]);
+}
+
 static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
 {
     facet a = rec_facet(wi, wo);
-    double lobe = rec_lobe_ggx(a, parameters[ALPHA]);
-    for (int c = 0; c < 3; c++)
-        f[c] = lobe * fresnel_conductor(a.c, parameters[ETA + c], parameters[K + c]);
+    combine(parameters, a, rec_lobe_ggx(a, parameters[ALPHA]), f);
+}
+
+static void eval_correlated(const double *parameters, vec3 wi, vec3 wo, double f[3])
+{
+    facet a = rec_facet(wi, wo);
+    combine(parameters, a, rec_lobe_correlated(a, parameters[ALPHA]), f);
 }
 
 static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
@@ -37,12 +48,21 @@ static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
     return 1;
 }
 
+static const struct parameter parameters[] = {
+    {"eta", 3, 0.01, 10}, {"k", 3, 0, 30}, {"alpha", 1, 1e-3, 1}, {0}};
+
 const struct model rec_model_ggx_conductor = {
     .name = "ggx_conductor",
     .source = "Walter et al., EGSR 2007; Fresnel of conductors, Born and Wolf",
-    .parameter =
-        (const struct parameter[]){
-            {"eta", 3, 0.01, 10}, {"k", 3, 0, 30}, {"alpha", 1, 1e-3, 1}, {0}},
+    .parameter = parameters,
     .eval = eval,
+    .lobes = lobes,
+};
+
+const struct model rec_model_ggx_conductor_correlated = {
+    .name = "ggx_conductor_correlated",
+    .source = "Walter et al., EGSR 2007; Heitz, JCGT 2014; Fresnel of conductors, Born and Wolf",
+    .parameter = parameters,
+    .eval = eval_correlated,
     .lobes = lobes,
 };

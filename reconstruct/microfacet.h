@@ -25,8 +25,19 @@ double rec_schlick(double c);
 
 /** Smith's G1 of GGX over the cosine, 2 / (cos + sqrt(cos^2 + a^2 sin^2)): finite at grazing. */
 double rec_ggx_g1_over_cos(double cosine, double alpha);
-/** D G1(i) G1(o) / (4 cos_i cos_o), 1/sr: the lobe without its Fresnel factor. */
+/** F, and its derivative by ior. */
+double rec_fresnel_slope(double c, double ior, double *by_ior);
+
+/** D G / (4 cos_i cos_o), 1/sr: the lobe without its Fresnel factor, G = G1(i) G1(o); _slope: and
+ *  its derivative by alpha. */
 double rec_lobe_ggx(facet a, double alpha);
+double rec_lobe_ggx_slope(facet a, double alpha, double *by_alpha);
 double rec_lobe_beckmann(facet a, double alpha);
+double rec_lobe_beckmann_slope(facet a, double alpha, double *by_alpha);
+/** The same with G = 1 / (1 + Lambda(i) + Lambda(o)): masking and shadowing know of each other. */
+double rec_lobe_correlated(facet a, double alpha);
+double rec_lobe_correlated_slope(facet a, double alpha, double *by_alpha);
+/** With GTR slopes, D = k / (alpha^2 cos^2 theta_h + sin^2 theta_h)^gamma, and G of GGX. */
+double rec_lobe_gtr(facet a, double alpha, double gamma);
 
 #endif

@@ -9,6 +9,11 @@ extern const struct model rec_model_ggx;
 extern const struct model rec_model_ggx_schlick;
 extern const struct model rec_model_beckmann_schlick;
 
+extern const struct model rec_model_ggx_correlated;
+extern const struct model rec_model_ggx_schlick_correlated;
+extern const struct model rec_model_ggx2;
+extern const struct model rec_model_gtr;
+extern const struct model rec_model_oren_nayar_ggx;
 extern const struct model rec_model_oren_nayar;
 extern const struct model rec_model_blinn_phong;
 extern const struct model rec_model_lafortune;
@@ -16,12 +21,10 @@ extern const struct model rec_model_ward;
 extern const struct model rec_model_beckmann;
 extern const struct model rec_model_cook_torrance;
 extern const struct model rec_model_ggx_conductor;
+extern const struct model rec_model_ggx_conductor_correlated;
 extern const struct model rec_model_ashikhmin_shirley;
 extern const struct model rec_model_abc;
 extern const struct model rec_model_sgd;
 extern const struct model rec_model_disney;
-
-/** Models that are rendered and evaluated, and fitted only when they are named; ends with NULL. */
-extern const struct model *const rec_models_by_name[];
 
 #endif

@@ -25,9 +25,9 @@ static inline void draw(const struct model *model, struct random *random, double
                 *at *= 0.5;
             else if (!strcmp(p->name, "kd"))
                 *at *= 0.4;
-            else if (!strcmp(p->name, "alpha"))
+            else if (!strcmp(p->name, "alpha") || !strcmp(p->name, "alpha_2"))
                 *at = between(random, 0.05, 0.4);
-            else if (!strcmp(p->name, "f0"))
+            else if (!strcmp(p->name, "f0") || !strcmp(p->name, "f0_2"))
                 *at *= 0.25;
             else if (!strcmp(p->name, "roughness"))
                 *at = between(random, 0.25, 1);

@@ -139,10 +139,7 @@ int main(void)
 {
     struct CMUnitTest tests[64];
     int n = 0;
-    for (const struct model *const *m = rec_models; *m; m++)
-        tests[n++] =
-            (struct CMUnitTest){(*m)->name, test_frequencies_of, NULL, NULL, (void *)(uintptr_t)*m};
-    for (const struct model *const *m = rec_models_by_name; *m; m++)
+    for (const struct model *const *m = rec_models_all; *m; m++)
         tests[n++] =
             (struct CMUnitTest){(*m)->name, test_frequencies_of, NULL, NULL, (void *)(uintptr_t)*m};
     tests[n++] = (struct CMUnitTest)cmocka_unit_test(test_frequencies_of_a_table);

@@ -112,11 +112,14 @@ struct model {
     const struct parameter *parameter;  // ends with {0}
     /** f[3] for unit wi, wo with wi.z > 0 and wo.z > 0. */
     void (*eval)(const double *parameters, vec3 wi, vec3 wo, double f[3]);
+    /** The same with its derivatives by the parameters, slope [3][size]; NULL: take differences. */
+    void (*slopes)(const double *parameters, vec3 wi, vec3 wo, double f[3], double *slope);
     /** The lobes that directions are drawn from, for light from wi (lobes.h); returns how many. */
     int (*lobes)(const double *parameters, vec3 wi, struct lobe *lobe);
 };
-/** All models; ends with NULL. */
+/** The few models that a reconstruction tries; all models. Each ends with NULL. */
 extern const struct model *const rec_models[];
+extern const struct model *const rec_models_all[];
 /** By name; NULL: there is none. */
 const struct model *rec_model_find(const char *name);
 /** How many doubles its parameters are. */

@@ -53,17 +53,28 @@ void rec_bins_free(struct bins *bins);
 
 /* ---- fits ------------------------------------------------------------------------------------ */
 
+/** What a fit makes small, over all bins; m = cos_i cos_o, e = 1e-3. */
+enum fit_cost {
+    FIT_STATISTICAL,  // ln((f m + e)/(f' m + e)) in units of its sigma, Cauchy's loss
+    FIT_LOG,          // the same with one sigma for all
+    FIT_CUBE_ROOT     // |(f - f') m|^(2/3)
+};
+
 /** A model fitted to bins. */
 struct fit {
     const struct model *model;
     double value[MODEL_PARAMETERS_MAX];
     double
         sigma[MODEL_PARAMETERS_MAX];  // noise, and what all bins share of the calibration's errors
-    double log_rms;                   // held-out bins: root mean square of ln((f m + e)/(f' m + e))
-    double relative_median;           // held-out bins: median of |f'/f - 1|
-    double chi;  // held-out bins: median of |residual| in units of its sigma, / 0.6745:
-                 // 1 where the model errs by no more than the measurement
-    int bins;    // fitted
+    double covariance[MODEL_PARAMETERS_MAX * MODEL_PARAMETERS_MAX];  // [size][size]
+    double log_rms;          // held-out bins: root mean square of ln((f m + e)/(f' m + e))
+    double relative_median;  // held-out bins: median of |f'/f - 1|
+    double chi;              // held-out bins: median of |residual| in units of its sigma, / 0.6745:
+                             // 1 where the model errs by no more than the measurement
+    int bins;                // fitted
+    // Of a sphere's picture beside that of the complete table, lit by a lamp, and by a window and
+    // a sky; method: fit_pictures.c. Decibels, and the mean CIEDE2000. 0: not known.
+    double psnr[2], delta_e[2];
 };
 /** Best first. Owns fit; {0} is empty; release with rec_fits_free(). */
 struct fits {
@@ -71,11 +82,19 @@ struct fits {
     int count;
 };
 
-/** Fit models ([count], NULL: all of rec_models) to the measured bins, at their centroids, and
- *  rank them by their error on bins that the fit did not see (method: fit.c). On success the
- *  caller owns *fits. STATUS_DATA: too few bins; STATUS_SOLVER, STATUS_MEMORY. */
+/** Fit models ([count], NULL: all of rec_models, the few that a reconstruction tries) to the
+ * measured bins, at their centroids, and rank them by their error on bins that the fit did not see
+ * (method: fit.c), by the statistical cost. On success the caller owns *fits. STATUS_DATA: too few
+ * bins; STATUS_SOLVER, STATUS_MEMORY. */
 enum status rec_fit(struct fits *fits, const struct bins *bins, const struct model *const *models,
                     int count, struct run *run, struct error *err);
+/** The same, with a cost of one's choice. */
+enum status rec_fit_by(struct fits *fits, const struct bins *bins, enum fit_cost cost,
+                       const struct model *const *models, int count, struct run *run,
+                       struct error *err);
+/** Complete psnr and delta_e of all fits, from the table that they stand for, prepared. */
+enum status rec_fit_pictures(struct fits *fits, const struct brdf *table, struct run *run,
+                             struct error *err);
 void rec_fits_free(struct fits *fits);
 /** fits.yaml: {models: [{name, parameters: {NAME: {value, sigma}}, errors, source}]}, best first.
  *  Written complete or not at all: STATUS_IO. Reading: STATUS_IO, or STATUS_FORMAT with file and
