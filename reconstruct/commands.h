@@ -4,6 +4,9 @@
 
 #include "program.h"
 
+/** "fit OUT|BRDF" and its options. */
+extern const struct option rec_fit_options[];
+int rec_run_fit(const struct arguments *args);
 /** "plot OUT|TABLE... -o FILE" and its options. */
 extern const struct option rec_plot_options[];
 int rec_run_plot(const struct arguments *args);

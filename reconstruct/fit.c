@@ -12,6 +12,8 @@
 #include "fit_starts.h"
 
 #include "ceres_shim.h"
+#include "fit_sgd.h"
+#include "models.h"
 #include "quantile.h"
 
 #include <assert.h>
@@ -27,10 +29,17 @@ struct fitting {
     double held_cost;  // per held-out bin
 };
 
+static bool is_sgd(const struct fitting *t)
+{
+    return t->f.model == &rec_model_sgd;
+}
+
 static enum status descend(struct fitting *t, const int *pick, int picked, int iterations,
                            double *cost, struct error *err)
 {
     t->f.pick = pick;
+    if (is_sgd(t))
+        return rec_fit_sgd(&t->f, pick, picked, false, iterations, t->solver, err);
     struct least_squares problem = {
         .residual = rec_fit_residual,
         .context = &t->f,
@@ -75,12 +84,20 @@ static enum status divide(struct division *d, const struct fit_point *points, in
     return STATUS_OK;
 }
 
+// A model with a shape in each channel starts from the fit of the one that shares its shape.
+static enum status start_from_shared(struct fitting *t, const struct model *shared,
+                                     const struct division *d, struct error *err);
+
 // From the best places of a coarse search, each some steps down; on from the lowest.
 static enum status try_starts(struct fitting *t, const struct division *d, struct error *err)
 {
     double start[FIT_STARTS_MAX][MODEL_PARAMETERS_MAX];
     struct fitting best = *t;
     double least = INFINITY;
+    if (is_sgd(t))
+        return rec_fit_sgd(&t->f, d->seen, d->seens, true, 40, t->solver, err);
+    if (rec_model_shared(t->f.model))
+        return start_from_shared(t, rec_model_shared(t->f.model), d, err);
     enum status status = STATUS_OK;
     int searched[COARSE], count = 0;
     for (int i = 0; i < d->coarses && count < COARSE; i += 2)
@@ -97,6 +114,22 @@ static enum status try_starts(struct fitting *t, const struct division *d, struc
         }
     }
     *t = best;
+    return status;
+}
+
+static enum status start_from_shared(struct fitting *t, const struct model *shared,
+                                     const struct division *d, struct error *err)
+{
+    struct fitting one = {.f = rec_fit_model(shared, t->f.points, t->f.cost)};
+    double value[MODEL_PARAMETERS_MAX], split[MODEL_PARAMETERS_MAX];
+    enum status status = try_starts(&one, d, err);
+    if (!status)
+        status = descend(&one, d->seen, d->seens, 10, NULL, err);
+    if (!status) {
+        rec_fit_to_model(&one.f, one.solver, value);
+        rec_model_split(shared, value, split);
+        rec_fit_to_solver(&t->f, split, t->solver);
+    }
     return status;
 }
 
@@ -154,9 +187,8 @@ static enum status fit_one(struct fit *fit, struct fitting *t, const struct mode
         judge(fit, t, d, scratch);
         status = descend(t, d->all, d->alls, 5, NULL, err);
     }
-    if (!status) {
+    if (!status)
         tell(fit, t, d);
-    }
     free(scratch);
     return status;
 }
@@ -249,9 +281,8 @@ static enum status fit_one_again(struct fit *fit, const struct fit_point *points
     struct fitting t = {.f = rec_fit_model(fit->model, points, FIT_STATISTICAL)};
     rec_fit_to_solver(&t.f, fit->value, t.solver);
     enum status status = descend(&t, d->all, d->alls, 5, NULL, err);
-    if (!status) {
+    if (!status)
         tell(fit, &t, d);
-    }
     return status;
 }
 

@@ -53,17 +53,26 @@ double rec_fit_loss(enum fit_cost cost, double r2)
     return log1p(r2 / (FIT_BEND * FIT_BEND));
 }
 
-// r from f, and dr/df.
-static double residual(const struct fit_model *f, const struct fit_point *p, int c, double fitted,
-                       double *by_f)
+struct fit_value rec_fit_value(const struct fit_point *p, int channel)
 {
-    if (f->cost == FIT_CUBE_ROOT) {
-        *by_f = -p->m;
-        return (p->f[c] - fitted) * p->m;
+    return (struct fit_value){p->f[channel], p->log_f[channel], p->sigma[channel], p->m,
+                              fmax(p->wi.z, p->wo.z)};
+}
+
+double rec_fit_miss(enum fit_cost cost, const struct fit_value *v, double fitted, double *by_f)
+{
+    if (cost == FIT_CUBE_ROOT) {
+        *by_f = -v->m;
+        return (v->f - fitted) * v->m;
     }
-    double sigma = f->cost == FIT_LOG ? FIT_LOG_SIGMA : p->sigma[c];
-    *by_f = -p->m / ((fitted * p->m + FIT_DARK) * sigma);
-    return (p->log_f[c] - rec_fit_log(fitted, p->m)) / sigma;
+    if (cost == FIT_PICTURE) {
+        double bright = CAP_PI * v->cosine, dark = 1 + bright * fitted;
+        *by_f = -bright / (dark * FIT_LOG_SIGMA);
+        return log((1 + bright * fmax(0, v->f)) / dark) / FIT_LOG_SIGMA;
+    }
+    double sigma = cost == FIT_LOG ? FIT_LOG_SIGMA : v->sigma;
+    *by_f = -v->m / ((fitted * v->m + FIT_DARK) * sigma);
+    return (v->log_f - rec_fit_log(fitted, v->m)) / sigma;
 }
 
 // Derivatives of f by the solver's parameters, [3][size], by differences.
@@ -104,7 +113,8 @@ void rec_fit_residual(const void *context, int i, const double *solver, double *
             take_differences(f, p, solver, fitted, slope);
     }
     for (int c = 0; c < 3; c++) {
-        r[c] = residual(f, p, c, fitted[c], &by_f);
+        struct fit_value v = rec_fit_value(p, c);
+        r[c] = rec_fit_miss(f->cost, &v, fitted[c], &by_f);
         for (int k = 0; slope && k < f->size; k++)
             slope[c * f->size + k] *= by_f;
     }

@@ -21,6 +21,12 @@ struct fit_model {
 
 struct fit_model rec_fit_model(const struct model *model, const struct fit_point *points,
                                enum fit_cost cost);
+/** One channel of a point; the residual of a value fitted to it, and its derivative by that. */
+struct fit_value {
+    double f, log_f, sigma, m, cosine;  // cosine: the larger one
+};
+struct fit_value rec_fit_value(const struct fit_point *p, int channel);
+double rec_fit_miss(enum fit_cost cost, const struct fit_value *v, double fitted, double *by_f);
 /** What one point costs, of the square of its residuals. */
 double rec_fit_loss(enum fit_cost cost, double r2);
 /** struct least_squares' scale: FIT_BEND, or 0. */

@@ -9,7 +9,7 @@
 
 #include <string.h>
 
-enum { VALUES = 8, COLOURS = 3, SHAPES = 8 };
+enum { VALUES = 8, COLOURS = FIT_UNKNOWNS, SHAPES = 8 };
 
 // ---- the grid
 
@@ -99,8 +99,9 @@ static double own_width(const struct fit_model *f, int picked)
 
 // ---- colours
 
-// Normal equations of at most COLOURS unknowns in one channel; those that come out negative are 0.
-static void solve(double n[COLOURS][COLOURS], const double b[COLOURS], int count, double *x)
+// What comes out negative is 0, and the others are found again.
+void rec_fit_nonnegative(double n[FIT_UNKNOWNS][FIT_UNKNOWNS], const double b[FIT_UNKNOWNS],
+                         int count, double *x)
 {
     bool used[COLOURS] = {true, true, true};
     for (int round = 0; round < count; round++) {
@@ -164,7 +165,7 @@ static void find_colours(const struct fit_model *f, int picked, double *value, c
     }
     for (int c = 0; c < 3 && colours; c++) {
         double x[COLOURS];
-        solve(n[c], b[c], colours, x);
+        rec_fit_nonnegative(n[c], b[c], colours, x);
         for (int j = 0; j < colours; j++)
             value[first[j] + c] = x[j];
     }

@@ -15,6 +15,39 @@ static void write_colour_or_number(struct yaml_out *out, const char *key, const 
         cap_yaml_numbers(out, key, value, size);
 }
 
+// low and high: 95 % of a normal distribution, within the physical range.
+static void write_interval(struct yaml_out *out, const struct fit *fit, const struct parameter *p,
+                           int k)
+{
+    double low[3], high[3];
+    for (int c = 0; c < p->size; c++) {
+        low[c] = fmax(p->low, fit->value[k + c] - 1.96 * fit->sigma[k + c]);
+        high[c] = fmin(p->high, fit->value[k + c] + 1.96 * fit->sigma[k + c]);
+    }
+    write_colour_or_number(out, "low", low, p->size);
+    write_colour_or_number(out, "high", high, p->size);
+}
+
+// Rows of the parameters in their order, colours as three; up to the diagonal.
+static void write_covariance(struct yaml_out *out, const struct fit *fit)
+{
+    const int size = rec_model_size(fit->model);
+    cap_yaml_list(out, "covariance");
+    for (int i = 0; i < size; i++)
+        cap_yaml_numbers(out, NULL, &fit->covariance[i * size], i + 1);
+    cap_yaml_close(out);
+}
+
+static void write_pictures(struct yaml_out *out, const struct fit *fit)
+{
+    static const char *const psnr[2] = {"psnr", "psnr_room"};
+    static const char *const delta_e[2] = {"delta_e", "delta_e_room"};
+    for (int k = 0; k < 2 && fit->psnr[k] > 0; k++) {
+        cap_yaml_number(out, psnr[k], fit->psnr[k]);
+        cap_yaml_number(out, delta_e[k], fit->delta_e[k]);
+    }
+}
+
 static void write_fit(struct yaml_out *out, const struct fit *fit)
 {
     int k = 0;
@@ -25,6 +58,7 @@ static void write_fit(struct yaml_out *out, const struct fit *fit)
         cap_yaml_flow_map(out, p->name);
         write_colour_or_number(out, "value", &fit->value[k], p->size);
         write_colour_or_number(out, "sigma", &fit->sigma[k], p->size);
+        write_interval(out, fit, p, k);
         cap_yaml_close(out);
         k += p->size;
     }
@@ -34,7 +68,9 @@ static void write_fit(struct yaml_out *out, const struct fit *fit)
     cap_yaml_number(out, "relative_median", fit->relative_median);
     cap_yaml_number(out, "chi", fit->chi);
     cap_yaml_int(out, "bins", fit->bins);
+    write_pictures(out, fit);
     cap_yaml_close(out);
+    write_covariance(out, fit);
     cap_yaml_text(out, "source", fit->model->source);
     cap_yaml_close(out);
 }

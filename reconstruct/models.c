@@ -38,7 +38,7 @@ const struct model *rec_model_find(const char *name)
     for (const struct model *const *m = rec_models_all; *m; m++)
         if (strcmp((*m)->name, name) == 0)
             return *m;
-    return NULL;
+    return rec_model_per_channel_find(name);
 }
 
 int rec_model_size(const struct model *model)

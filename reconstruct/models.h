@@ -27,4 +27,10 @@ extern const struct model rec_model_abc;
 extern const struct model rec_model_sgd;
 extern const struct model rec_model_disney;
 
+/** "NAME_rgb", or NULL; what it is made of, or NULL: it is no such model. */
+const struct model *rec_model_per_channel_find(const char *name);
+const struct model *rec_model_shared(const struct model *model);
+/** Its parameters, all channels alike, from the base's. */
+void rec_model_split(const struct model *base, const double *shared, double *split);
+
 #endif

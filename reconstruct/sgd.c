@@ -59,6 +59,11 @@ double rec_upper_gamma(double a, double x)
     return gamma_fraction(a, 1) + sum;
 }
 
+double rec_sgd_normalisation(double alpha, double p)
+{
+    return 1 / (alpha * rec_upper_gamma(1 - p, alpha));
+}
+
 /** kap of a channel, kept until alpha or p is another: it costs ten times the rest of a lobe. */
 static double normalisation(double alpha, double p, int channel)
 {
@@ -68,12 +73,12 @@ static double normalisation(double alpha, double p, int channel)
     if (kept[channel].alpha != alpha || kept[channel].p != p) {
         kept[channel].alpha = alpha;
         kept[channel].p = p;
-        kept[channel].kap = 1 / (alpha * rec_upper_gamma(1 - p, alpha));
+        kept[channel].kap = rec_sgd_normalisation(alpha, p);
     }
     return kept[channel].kap;
 }
 
-static double slopes(facet a, double alpha, double p, double kap)
+double rec_sgd_slopes(facet a, double alpha, double p, double kap)
 {
     double x = alpha + a.sin2_h / (a.cos2_h * alpha);
     return kap * exp(-x) / (CAP_PI * pow(x, p) * a.cos2_h * a.cos2_h);
@@ -104,7 +109,7 @@ static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
         double g = shadowing(theta_i, v[LAMBDA], v[C_G], v[K], v[THETA0])
                    * shadowing(theta_o, v[LAMBDA], v[C_G], v[K], v[THETA0]);
         double lobe = fresnel(a.c, v[F0], v[F1])
-                      * slopes(a, v[ALPHA], v[P], normalisation(v[ALPHA], v[P], c)) * g;
+                      * rec_sgd_slopes(a, v[ALPHA], v[P], normalisation(v[ALPHA], v[P], c)) * g;
         f[c] = (v[RHO_D] + v[RHO_S] * lobe / (a.cos_i * a.cos_o)) / CAP_PI;
     }
 }
@@ -130,8 +135,8 @@ const struct model rec_model_sgd = {
                                             {"p", 3, 0, 3},
                                             {"F0", 3, 0, 10},
                                             {"F1", 3, -2, 10},
-                                            {"lambda", 3, 0, 1e9},
-                                            {"c", 3, 0, 1e39},
+                                            {"lambda", 3, 1e-9, 1e9},
+                                            {"c", 3, 1e-20, 1e39},
                                             {"k", 3, 0, 2000},
                                             {"theta0", 3, -2, 2},
                                             {0}},

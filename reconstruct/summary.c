@@ -67,8 +67,11 @@ void rec_fit_print(const struct fit *fit)
         for (int c = 0; c < p->size; c++, k++)
             printf("%s%s %.5g +- %.1g", c ? "," : "  ", c ? "" : p->name, fit->value[k],
                    fit->sigma[k]);
-    printf("; misses by %.2g in log, %.2g %% in the median\n", fit->log_rms,
+    printf("; misses by %.2g in log, %.2g %% in the median", fit->log_rms,
            100 * fit->relative_median);
+    if (fit->psnr[0] > 0)
+        printf("; pictures %.1f, %.1f dB", fit->psnr[0], fit->psnr[1]);
+    printf("\n");
 }
 
 void rec_summary_print(const struct summary *s, const char *out)

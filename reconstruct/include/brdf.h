@@ -120,6 +120,9 @@ struct model {
 /** The few models that a reconstruction tries; all models. Each ends with NULL. */
 extern const struct model *const rec_models[];
 extern const struct model *const rec_models_all[];
+/** The model that has a shape of its own in each channel, "NAME_rgb" (method: per_channel.c); the
+ *  model itself where it has one already. */
+const struct model *rec_model_per_channel(const struct model *model);
 /** By name; NULL: there is none. */
 const struct model *rec_model_find(const char *name);
 /** How many doubles its parameters are. */
