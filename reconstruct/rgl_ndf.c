@@ -148,11 +148,14 @@ void rec_rgl_ndf(double ndf[N], const struct brdf *brdf)
     iterate(ndf, back);
     double change = fmax(1, find_rate(rate, &flat, brdf));
     smooth(rate);
-    // Nodes are even in u where D u sin(theta) is; towards the normal D becomes flat, as f is.
-    flat = fmin(fmax(flat / 3, 1.0 / N), 0.2);
-    double level = flat * sin(rec_rgl_theta(flat));
-    for (int i = 0; i < N; i++)
-        nodes[i] = (1 + rate[i] / change) / (i / (N - 1.0) * sin(theta_of(i)) + level);
+    // Nodes are even in u where D u sin(theta) is; towards the normal D becomes flat, as f is, and
+    // two or three nodes go to where f has not changed yet.
+    flat = fmin(fmax(flat, 3.0 / N), 0.6);
+    double level = flat / 3 * sin(rec_rgl_theta(flat / 3));
+    for (int i = 0; i < N; i++) {
+        double u = i / (N - 1.0), peak = exp(-u * u / (flat * flat)) / flat;
+        nodes[i] = (1 + rate[i] / change + 0.04 * peak) / (u * sin(theta_of(i)) + level);
+    }
     normalise(nodes);
     for (int i = 0; i < N; i++)
         ndf[i] = 0.1 * ndf[i] + 0.9 * nodes[i];

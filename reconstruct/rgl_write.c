@@ -20,9 +20,9 @@
 #include <string.h>
 
 enum {
-    THETAS = 37,     // of the light, closer together towards grazing
+    THETAS = 49,     // of the light, closer together towards grazing
     SQUARE_X = 160,  // nodes of rgb and luminance over s
-    SQUARE_Y = 81,
+    SQUARE_Y = 97,
     VISIBLE_X = RGL_NDF,  // nodes of vndf over u(theta_m), u(phi_m - phi_i)
     VISIBLE_Y = 65,
     SIGMA = 64,
@@ -58,7 +58,7 @@ static void fill_parameters(struct tables *t)
 {
     t->phi[0] = 0;
     for (int i = 0; i < THETAS; i++)
-        t->theta[i] = (float)(steepest * (1 - pow(1 - i / (THETAS - 1.0), 1.5)));
+        t->theta[i] = (float)(steepest * (1 - pow(1 - i / (THETAS - 1.0), 2)));
     for (int i = 0; i < SPECTRUM_SIZE; i++)
         t->wavelength[i] = (float)rec_spectrum_wavelength(i);
 }

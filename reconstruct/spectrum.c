@@ -80,7 +80,7 @@ void rec_spectrum_weights(double (*weight)[3], const double *wavelength, int cou
 
 double rec_spectrum_wavelength(int i)
 {
-    return 400 + 20 * i;
+    return 400 + 30 * i;
 }
 
 /* ---- spectra of six colours ---------------------------------------------------------------------

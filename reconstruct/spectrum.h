@@ -7,7 +7,7 @@
  *  spectrum of 1 is (1, 1, 1). One wavelength alone is grey. */
 void rec_spectrum_weights(double (*weight)[3], const double *wavelength, int count);
 
-enum { SPECTRUM_SIZE = 16 };  // 400 to 700 nm in steps of 20
+enum { SPECTRUM_SIZE = 11 };  // 400 to 700 nm in steps of 30
 double rec_spectrum_wavelength(int i);
 /** A smooth spectrum [SPECTRUM_SIZE] of linear sRGB: not negative, flat for greys, linear in the
  *  colour (within each order of the three channels), and under D65 exactly that colour. Negative
