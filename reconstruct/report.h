@@ -33,6 +33,7 @@ void rec_report_coverage(const struct report *report);
 void rec_report_fits(const struct report *report);
 void rec_report_predictions(const struct report *report);
 void rec_report_rig(const struct report *report);
+void rec_report_lamp(const struct report *report, const struct lamp *lamp);
 void rec_report_photographs(const struct report *report);
 void rec_report_provenance(const struct report *report);
 

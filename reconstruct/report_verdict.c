@@ -206,28 +206,44 @@ static double part_of_photosites(const struct report *r, const char *fate)
     return all > 0 ? rec_report_number(r, "photosites", fate, NULL) / all : 0;
 }
 
-// The angle between lamp and camera, seen from the sample, is twice theta_d.
+// Bands of 20 degrees between lamp and camera (twice theta_d) that hold less than a two-hundredth
+// of the bins, as "0 to 20 and 120 to 160". *first and *last are the lowest and the end of the
+// highest.
+static void describe_gaps(char text[120], const struct bins *bins, int *first, int *last)
+{
+    enum { BANDS = 8 };  // from 160 degrees on, nothing but grazing is left
+    int count[BANDS + 1] = {0}, length = 0;
+    text[0] = '\0';
+    *first = *last = -1;
+    for (int i = 0; i < bins->count; i++)
+        count[bins->bin[i].index / MERL_PHI_D % MERL_THETA_D / 10]++;
+    for (int b = 0, end; b < BANDS; b = end + 1) {
+        for (end = b; end < BANDS && count[end] < bins->count / 200;)
+            end++;
+        if (end == b)
+            continue;
+        length += snprintf(text + length, 120 - (size_t)length, "%s%d to %d", length ? " and " : "",
+                           20 * b, 20 * end);
+        *first = *first < 0 ? b : *first;
+        *last = end;
+    }
+}
+
 static void hint_at_gaps(const struct report *r)
 {
-    enum { BANDS = 9 };
-    int bins[BANDS] = {0}, first = BANDS, last = -1;
-    for (int i = 0; i < r->source.bins.count; i++)
-        bins[r->source.bins.bin[i].index / MERL_PHI_D % MERL_THETA_D / 10]++;
-    for (int b = 0; b < BANDS - 1; b++)  // from 160 degrees on, nothing but grazing is left
-        if (bins[b] < r->source.bins.count / 200) {
-            first = b < first ? b : first;
-            last = b;
-        }
-    if (last < 0)
+    char gaps[120];
+    int first, last;
+    describe_gaps(gaps, &r->source.bins, &first, &last);
+    if (first < 0)
         return;
     say_hint(r,
-             "<strong>Missing directions.</strong> Few or no photographs have lamp and camera "
-             "between %d and %d degrees apart, as seen from the sample%s. "
-             "<code>goniocam plan OUT</code> proposes places for the next shots.",
-             20 * first, 20 * (last + 1),
-             first >= 6 ? ": those show grazing reflection; put both low, on opposite sides"
-             : last < 2 ? ": put the lamp beside the camera"
-                        : "");
+             "<strong>Missing directions.</strong> Few or no photographs have lamp and camera %s "
+             "degrees apart, as seen from the sample%s. <code>goniocam plan OUT</code> proposes "
+             "places for the next shots.",
+             gaps,
+             first >= 6  ? ": those show grazing reflection; put both low, on opposite sides"
+             : last <= 1 ? ": put the lamp beside the camera"
+                         : "");
 }
 
 static void say_hints(const struct report *r, const struct judgement *j)

@@ -29,7 +29,7 @@ static json_t *warnings(const struct run *run)
     return list;
 }
 
-// A point, or a list of points.
+// A list of points.
 static json_t *points(const vec3 *p, int count)
 {
     json_t *list = json_array();
@@ -38,20 +38,13 @@ static json_t *points(const vec3 *p, int count)
     return list;
 }
 
-// Where capture.yaml has tags and patches; corners bottom left, bottom right, top right, top left.
-static json_t *board(const struct capture *capture)
+// Corners of the white patches: bottom left, bottom right, top right, top left.
+static json_t *patches(const struct capture *capture)
 {
-    json_t *tags = json_array(), *patches = json_array();
-    for (int t = 0; capture && t < capture->tags; t++) {
-        vec3 corner[4];
-        for (int k = 0; k < 4; k++)
-            corner[k] = cap_tag_corner(&capture->tag[t], k);
-        json_array_append_new(
-            tags, json_pack("{s:i, s:o}", "id", capture->tag[t].id, "corners", points(corner, 4)));
-    }
+    json_t *list = json_array();
     for (int i = 0; capture && i < capture->patches; i++)
-        json_array_append_new(patches, points(capture->patch[i].corner, 4));
-    return json_pack("{s:o, s:o}", "tags", tags, "patches", patches);
+        json_array_append_new(list, points(capture->patch[i].corner, 4));
+    return list;
 }
 
 static json_t *photosites(const struct census *census)
@@ -134,8 +127,8 @@ static json_t *story_json(const struct run_story *s)
                      s->census->shots, "photosites", photosites(s->census), "interreflection",
                      interreflection(s), "glare", glare(s->calibration), "measured_bins",
                      s->bins->count, "median_relative_sigma", s->median_sigma, "best_fit",
-                     s->fits->fit[0].model->name, "checks", checks(s->checks), "board",
-                     board(s->layout));
+                     s->fits->fit[0].model->name, "checks", checks(s->checks), "patches",
+                     patches(s->layout));
 }
 
 enum status rec_run_json(const struct run_story *story, const char *path, struct error *err)

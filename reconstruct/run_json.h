@@ -9,7 +9,7 @@
 struct run_story {
     const char *capture, *out, *calibration_file, *input_hash;
     const struct run *run;
-    const struct capture *layout;  // tags and patches; may be NULL
+    const struct capture *layout;  // its patches; may be NULL
     const struct census *census;
     const struct calibration *calibration;
     const struct bins *bins;

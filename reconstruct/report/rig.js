@@ -65,7 +65,8 @@ class Rig {
       plus(plus(plus(tip, forward, size), right, a * shot.half[0] * size), down, b * shot.half[1] * size));
     this.line(corner, 'camera', shot.name, true);
     for (const p of corner) this.line([tip, p], 'camera', shot.name);
-    if (rigData.shots.length <= 40) this.label(tip, String(k + 1));
+    const first = rigData.shots.findIndex((other) => Math.hypot(...plus(other.eye, tip, -1)) < 0.02 * rigData.reach);
+    if (rigData.shots.length <= 40 && first === k) this.label(tip, String(k + 1));
   }
 
   lamp(lamp) {
