@@ -2,7 +2,6 @@
  * tags, lamps and what each kind of evidence says of them. */
 #include "report.h"
 
-
 static json_t *vector(vec3 v)
 {
     return json_pack("[f, f, f]", v.x, v.y, v.z);
