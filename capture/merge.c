@@ -7,8 +7,10 @@
  *
  * with v_f at the estimate itself, not at the noisy d_f, which would favour low values: it starts
  * from sum d_f / sum t_f, what photon noise alone asks for; weights that are a little off cost
- * precision in second order only, so one round is enough. What frames
- * do not average away, the photosite's unequal response, is added at the end: var x += (r x)^2.
+ * precision in second order only, so one round is enough where there is light. Of 60 electrons in
+ * the longest frame it makes 0.13 % too many, of 20 some 0.5 %, for the weights share the noise of
+ * that sum: where it is so dark, a second round from the first estimate is unbiased. What frames do
+ * not average away, the photosite's unequal response, is added at the end: var x += (r x)^2.
  *
  * Whether a frame is used must not depend on noise that the estimate shares, or bright photosites
  * would come out too dark or too bright. The sum of a frame and all shorter ones, as a rate, is
@@ -37,6 +39,9 @@
 #else
 #define INDEPENDENT _Pragma("GCC ivdep")
 #endif
+
+// Electrons in the longest frame: in between, a second round tells. Below there is nothing to tell.
+static const float dim_from = 8, dim_to = 300;
 
 enum { BLOCK = 256 };  // values at a time: what the loops below share stays in the nearest cache
 
@@ -143,6 +148,34 @@ static inline __attribute__((always_inline)) void weigh_frame(struct sums *restr
     }
 }
 
+/* Is a value of the block so dim that a second round tells? */
+static inline __attribute__((always_inline)) bool is_dim(const struct sums *restrict s,
+                                                         const struct merge_row *row, int from,
+                                                         int count, float longest)
+{
+    const float *restrict slope = row->slope + from, *restrict x = s->x;
+    int dim = 0;
+    for (int i = 0; i < count; i++) {
+        float signal = x[i] * longest;
+        dim += signal > dim_from * slope[i] && signal < dim_to * slope[i];
+    }
+    return dim > 0;
+}
+
+static inline __attribute__((always_inline)) void weigh(struct sums *restrict s,
+                                                        const struct merge_row *row, int from,
+                                                        int count, const float *const *dn,
+                                                        const double *time, int frames)
+{
+    memset(s->numerator, 0, sizeof s->numerator);
+    memset(s->denominator, 0, sizeof s->denominator);
+    memset(s->square, 0, sizeof s->square);
+    for (int f = 0; f < frames; f++)
+        weigh_frame(s, row, from, count, dn[f] + from, (float)time[f], (float)f);
+    for (int i = 0; i < count; i++)
+        s->x[i] = s->numerator[i] / (s->used[i] > 0 ? s->denominator[i] : 1);
+}
+
 static inline __attribute__((always_inline)) void finish_block(float *restrict value,
                                                                float *restrict variance,
                                                                const struct sums *s,
@@ -180,10 +213,9 @@ WIDE static void merge_block(float *value, float *variance, const struct merge_r
     }
     for (int i = 0; i < count; i++)
         s.x[i] = s.sum[i] / (s.used[i] > 0 ? s.seconds[i] : 1);
-    for (int f = 0; f < frames; f++)
-        weigh_frame(&s, row, from, count, dn[f] + from, (float)time[f], (float)f);
-    for (int i = 0; i < count; i++)
-        s.x[i] = s.numerator[i] / (s.used[i] > 0 ? s.denominator[i] : 1);
+    weigh(&s, row, from, count, dn, time, frames);
+    if (is_dim(&s, row, from, count, (float)time[frames - 1]))
+        weigh(&s, row, from, count, dn, time, frames);
     finish_block(value + from, variance + from, &s, row, from, count, (float)(1 / time[0]));
 }
 
