@@ -265,9 +265,9 @@ void rec_plot_cartesian(struct pen *pen, const struct plot_source *s, const stru
                          .left = at.x + 50,
                          .top = at.y + 8,
                          .width = width - 60,
-                         .height = height - below - 58};
+                         .height = height - below - 64};
     struct axes ratio = value;
-    ratio.top = value.top + value.height + 12;
+    ratio.top = value.top + value.height + 18;
     ratio.height = below;
     ratio.y = (struct axis){SCALE_LINEAR, -10, 10, 5, "fit/table - 1, %"};
     value.x.label = NULL;
