@@ -95,7 +95,7 @@ def cases(case):
 
     c = case("no-capture-yaml")
     os.remove(c.yaml)
-    c.run().expect(1, "there is no capture.yaml", "goniocam board").absent(*RESULTS)
+    c.run().expect(1, "there is no capture.yaml", "goniocam init").absent(*RESULTS)
     c.capture += "-of-nowhere"
     c.run().expect(1, "there is no such folder", c.capture).absent(*RESULTS)
 
