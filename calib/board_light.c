@@ -141,9 +141,10 @@ static bool look_at_cell(float mean[3], const struct glow *cell, const struct ra
         if (!(pixel[0] > -0.5 && pixel[1] > -0.5 && pixel[0] < map->width - 0.5
               && pixel[1] < map->height - 0.5))
             return false;
-        size_t at = 3 * ((size_t)(pixel[1] + 0.5) * (size_t)map->width + (size_t)(pixel[0] + 0.5));
-        for (size_t k3 = 0; k3 < 3; k3++)
-            sum[k3] += map->value[at + k3];
+        float value[3], unused[3];
+        cap_radiance_at(map, (int)(pixel[0] + 0.5), (int)(pixel[1] + 0.5), value, unused);
+        for (int k3 = 0; k3 < 3; k3++)
+            sum[k3] += value[k3];
     }
     for (int k = 0; k < 3; k++)
         mean[k] = (float)(sum[k] / (points * points));

@@ -278,10 +278,11 @@ static bool gather(struct fit *f, const struct camera *camera, const struct radi
                             * sqrt(by_q[i][0] * by_q[i][0] + by_q[i][1] * by_q[i][1]);
             if (!within(f->image.pattern, st, margin) || dull(f, s.q, x, y))
                 continue;
-            size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)x);
+            float value[3], variance[3];
+            cap_radiance_at(map, x, y, value, variance);
             for (int c = 0; c < 3; c++) {
-                s.value += (double)map->value[at + c] / 3;
-                s.variance += (double)map->variance[at + c] / 9;
+                s.value += (double)value[c] / 3;
+                s.variance += (double)variance[c] / 9;
             }
             if (isfinite(s.value) && isfinite(s.variance) && s.variance >= 0)
                 site[f->sites++] = s;

@@ -2,11 +2,14 @@
  *
  * Method.   The AprilTag library searches an 8-bit image that is linear in radiance (its corners
  *           are half as far off as on a gamma-encoded one: an edge's 50 % level stays where the
- *           edge is). The search is decimated, the edges are refined at full resolution. Where it
- *           finds less than half of the board, it looks again at full resolution, again four times
- *           brighter for light that grazes the board, and in an encoded image for tags in shadow or
- *           of few pixels. Tags missed by all of these are found later from the pose (corners.h),
- * so speed comes first here. Accuracy. 0.1 to 0.3 pixels a corner: a start for corners.h.
+ *           edge is). A large image is reduced first. The search is decimated, the edges are
+ *           refined at full resolution of what is searched. Where it finds less than half of the
+ *           board, it looks again at more of the resolution, again four times brighter for light
+ *           that grazes the board, and in an encoded image for tags in shadow or of few pixels.
+ *           Tags missed by all of these are found later from the pose (corners.h), so speed comes
+ *           first here.
+ * Accuracy. 0.1 to 0.3 pixels a corner, of the reduced image where it was enough: a start for
+ *           corners.h.
  */
 #include "detect.h"
 
@@ -62,7 +65,9 @@ static float bright_level(const struct radiance *map)
         return 0;
     for (int y = 0; y < map->height; y += STRIDE)
         for (int x = 0; x < map->width; x += STRIDE) {
-            float v = grey(map->value + 3 * ((size_t)y * (size_t)map->width + (size_t)x));
+            float rgb[3], unused[3];
+            cap_radiance_at(map, x, y, rgb, unused);
+            float v = grey(rgb);
             if (isfinite(v))
                 level[n++] = v;
         }
@@ -79,20 +84,32 @@ static float encode(float part)
 }
 
 // Linear in radiance, or encoded as for a display.
-static image_u8_t *eight_bits(const struct radiance *map, float white, bool encoded)
+static uint8_t eight_bit(float part, bool encoded)
 {
-    image_u8_t *image = image_u8_create((unsigned)map->width, (unsigned)map->height);
-    if (!image)
-        return NULL;
-    for (int y = 0; y < map->height; y++)
-        for (int x = 0; x < map->width; x++) {
-            float v = grey(map->value + 3 * ((size_t)y * (size_t)map->width + (size_t)x));
-            float part = v / white, scaled = 255 * (encoded ? encode(part) : part) + 0.5f;
-            uint8_t level = 0;  // also of NaN
-            if (scaled >= 1)
-                level = scaled < 255 ? (uint8_t)scaled : 255;
-            image->buf[(size_t)y * (size_t)image->stride + (size_t)x] = level;
+    float scaled = 255 * (encoded ? encode(part) : part) + 0.5f;
+    return scaled >= 1 ? scaled < 255 ? (uint8_t)scaled : 255 : 0;  // NaN is 0, too
+}
+
+// The map, or the middle rows of blocks of reduce x reduce pixels (reduce is odd).
+static image_u8_t *eight_bits(const struct radiance *map, float white, bool encoded, int reduce)
+{
+    int width = map->width / reduce, height = map->height / reduce;
+    image_u8_t *image = image_u8_create((unsigned)width, (unsigned)height);
+    float *row = malloc(3 * (size_t)map->width * sizeof *row);
+    for (int y = 0; image && row && y < height; y++) {
+        uint8_t *to = image->buf + (size_t)y * (size_t)image->stride;
+        cap_radiance_row(map, y * reduce + reduce / 2, 0, map->width, row, NULL);
+        for (int x = 0; x < width; x++) {
+            float sum = 0;
+            for (int i = 0; i < reduce; i++)
+                sum += grey(row + 3 * (x * reduce + i));
+            to[x] = eight_bit(sum / (white * (float)reduce), encoded);
         }
+    }
+    if (image && !row)
+        image_u8_destroy(image);
+    image = row ? image : NULL;
+    free(row);
     return image;
 }
 
@@ -121,16 +138,17 @@ static bool same_tag(const struct sight *a, const struct sight *b, double *farth
     return a->id == b->id && apart < fmax(3, 0.3 * side);
 }
 
-// Keep a detection; of one that is there already (from another pass), the better one: refined edges
-// may have snapped to what is beside the tag.
-static bool keep(struct sights *sights, const apriltag_detection_t *a, bool refined)
+// Keep a detection in a reduced image; of one that is there already (from another pass), the better
+// one: refined edges may have snapped to what is beside the tag.
+static bool keep(struct sights *sights, const apriltag_detection_t *a, int reduce, bool refined)
 {
     static const double snapped_px = 3;
     double apart;
     struct sight new = {.id = a->id, .margin = a->decision_margin, .refined = refined};
     for (int k = 0; k < 4; k++)
         for (int i = 0; i < 2; i++)
-            new.corner[k][i] = a->p[k][i] - 0.5;  // AprilTag counts from the pixel's corner
+            new.corner[k][i] =
+                reduce * a->p[k][i] - 0.5;  // AprilTag counts from the pixel's corner
     for (int i = 0; i < sights->count; i++) {
         struct sight *old = sights->sight + i;
         if (!same_tag(old, &new, &apart))
@@ -149,9 +167,9 @@ static bool keep(struct sights *sights, const apriltag_detection_t *a, bool refi
 }
 
 static bool search(struct detector *d, const struct radiance *map, float white, bool encoded,
-                   float decimate, struct sights *sights)
+                   float decimate, int reduce, struct sights *sights)
 {
-    image_u8_t *image = eight_bits(map, white, encoded);
+    image_u8_t *image = eight_bits(map, white, encoded, reduce);
     if (!image)
         return false;
     bool kept = true;
@@ -162,7 +180,7 @@ static bool search(struct detector *d, const struct radiance *map, float white, 
     for (int i = 0; i < zarray_size(all) && kept; i++) {
         apriltag_detection_t *a;
         zarray_get(all, i, &a);
-        kept = keep(sights, a, !encoded);
+        kept = keep(sights, a, reduce, !encoded);
     }
     apriltag_detections_destroy(all);
     image_u8_destroy(image);
@@ -207,16 +225,32 @@ static int compare_ids(const void *a, const void *b)
     return ((const struct detection *)a)->id - ((const struct detection *)b)->id;
 }
 
+// By how much an image is reduced to some 2000 pixels: an odd number, so that blocks have a middle.
+static int reduction(const struct radiance *map)
+{
+    enum { LONGEST = 1500 };
+    int n = (map->width > map->height ? map->width : map->height) / LONGEST;
+    return n < 3 ? 1 : n - 1 + n % 2;
+}
+
 // The passes over a map whose bright level is white, the fastest first.
-enum { PASSES = 4 };
+enum { PASSES = 5 };
 static bool pass(struct detector *d, const struct radiance *map, float white, int i,
                  struct sights *sights)
 {
     static const struct {
         float white, decimate;
-        bool encoded;
-    } table[PASSES] = {{1, 2, false}, {1, 1, false}, {0.25f, 1, false}, {2, 1, true}};
-    return search(d, map, table[i].white * white, table[i].encoded, table[i].decimate, sights);
+        bool encoded, reduced;
+    } table[PASSES] = {{1, 2, false, true},
+                       {1, 2, false, false},
+                       {1, 1, false, false},
+                       {0.25f, 1, false, false},
+                       {2, 1, true, false}};
+    int reduce = table[i].reduced ? reduction(map) : 1;
+    if (table[i].reduced && reduce == 1)
+        return true;  // the next pass is the same
+    return search(d, map, table[i].white * white, table[i].encoded, table[i].decimate, reduce,
+                  sights);
 }
 
 // Enough of the board is found for the rest to follow from the pose; of a board that is not known,
@@ -224,7 +258,7 @@ static bool pass(struct detector *d, const struct radiance *map, float white, in
 static bool enough(const struct capture *capture, int count, int passes)
 {
     if (capture->tag_size > 0)
-        return passes >= 2 && count > 0;
+        return passes >= 3 && count > 0;
     return passes > 0 && count >= (capture->tags + 1) / 2;
 }
 

@@ -47,19 +47,20 @@ static enum cell cell_about(const struct tag_pattern *p, const double st[2], con
 
 static void add_site(struct sums *s, const struct radiance *map, int x, int y, const double st[2])
 {
-    const size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)x);
     const double row[3] = {1, st[0] - 0.5, st[1] - 0.5};
+    float value[3], variance[3];
     bool measured[3];
-    if (!cal_measured(map, at, measured))
+    cap_radiance_at(map, x, y, value, variance);
+    if (!cal_measured(map, variance, measured))
         return;
-    for (size_t c = 0; c < 3; c++) {
-        double v = map->value[at + c];
+    for (int c = 0; c < 3; c++) {
+        double v = value[c];
         if (!measured[c])
             continue;
         s->count[c]++;
         s->value[c] += v;
         s->square[c] += v * v;
-        s->variance[c] += map->variance[at + c];
+        s->variance[c] += variance[c];
         for (int i = 0; i < 3; i++) {
             s->b[c][i] += row[i] * v;
             for (int j = 0; j < 3; j++)

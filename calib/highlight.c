@@ -43,9 +43,9 @@ static bool cut_disc(struct disc *d, const struct radiance *map, const double ce
         for (int i = 0; i < d->width; i++) {
             double sum = 0;
             for (int n = 0; n < 9; n++) {
-                size_t row = (size_t)(d->y + j + n / 3 - 1);
-                size_t at = 3 * (row * (size_t)map->width + (size_t)(d->x + i + n % 3 - 1));
-                sum += ((double)map->value[at] + map->value[at + 1] + map->value[at + 2]) / 27;
+                float v[3], unused[3];
+                cap_radiance_at(map, d->x + i + n % 3 - 1, d->y + j + n / 3 - 1, v, unused);
+                sum += ((double)v[0] + v[1] + v[2]) / 27;
             }
             bool inside = hypot(d->x + i - center[0], d->y + j - center[1]) < r;
             d->gray[j * d->width + i] = inside ? (float)sum : NAN;

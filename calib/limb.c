@@ -36,12 +36,13 @@ int limb_stride(double across_px)
 void limb_add(struct sector *s, const struct radiance *map, int x, int y, double d)
 {
     double value, variance;
-    const size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)x);
-    if (s->count == LIMB_SITES_MAX || !cal_gray(map, at, &value, &variance))
+    if (s->count == LIMB_SITES_MAX || !cal_gray(map, x, y, &value, &variance))
         return;
     if (*map->cfa) {  // what was not measured here comes from neighbours, also across the edge
-        value = map->value[at + 1];
-        variance = map->variance[at + 1];
+        float v[3], var[3];
+        cap_radiance_at(map, x, y, v, var);
+        value = v[1];
+        variance = var[1];
         if (!isfinite(variance))
             return;
     }

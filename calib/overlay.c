@@ -33,9 +33,13 @@ static float white_level(const struct radiance *map)
     enum { STRIDE = 97 };
     size_t values = 3 * (size_t)map->width * (size_t)map->height, n = 0;
     float *v = malloc((values / STRIDE + 1) * sizeof *v), white = 0;
-    for (size_t i = 0; v && i < values; i += STRIDE)
-        if (isfinite(map->value[i]))
-            v[n++] = map->value[i];
+    for (size_t i = 0; v && i < values; i += STRIDE) {
+        float value[3], unused[3];
+        size_t at = i / 3, width = (size_t)map->width;
+        cap_radiance_at(map, (int)(at % width), (int)(at / width), value, unused);
+        if (isfinite(value[i % 3]))
+            v[n++] = value[i % 3];
+    }
     if (v && n > 0) {
         qsort(v, n, sizeof *v, compare_floats);
         white = v[n - 1 - n / 50];
@@ -44,18 +48,28 @@ static float white_level(const struct radiance *map)
     return white > 0 ? white : 1;
 }
 
-// Mean of a block of pixels as a display value; a gamma of 2.2 is near enough to sRGB for a look.
-static uint32_t display_value(const struct radiance *map, int x0, int y0, int n, int channel,
-                              float white)
+// A gamma of 2.2 is near enough to sRGB for a look.
+static uint32_t display_value(float level)
 {
-    float sum = 0;
-    for (int y = y0; y < y0 + n; y++)
-        for (int x = x0; x < x0 + n; x++) {
-            float v = map->value[3 * ((size_t)y * (size_t)map->width + (size_t)x) + channel];
-            sum += isfinite(v) ? v : 0;
-        }
-    float level = sum / ((float)(n * n) * white);
     return (uint32_t)(255 * powf(fminf(fmaxf(level, 0), 1), 1 / 2.2f) + 0.5f);
+}
+
+// Mean of a block of n x n pixels, of which three by three tell enough, as a display value.
+static uint32_t display_pixel(const struct radiance *map, int x0, int y0, int n, float white)
+{
+    float sum[3] = {0}, count = 0;
+    int step = (n + 2) / 3;
+    for (int y = y0; y < y0 + n; y += step)
+        for (int x = x0; x < x0 + n; x += step, count++) {
+            float value[3], unused[3];
+            cap_radiance_at(map, x, y, value, unused);
+            for (int c = 0; c < 3; c++)
+                sum[c] += isfinite(value[c]) ? value[c] : 0;
+        }
+    uint32_t rgb = 0;
+    for (int c = 0; c < 3; c++)
+        rgb = rgb << 8 | display_value(sum[c] / (count * white));
+    return rgb;
 }
 
 static void paint_photograph(cairo_surface_t *surface, const struct radiance *map, int n)
@@ -66,9 +80,7 @@ static void paint_photograph(cairo_surface_t *surface, const struct radiance *ma
     cairo_surface_flush(surface);
     for (int y = 0; y < map->height / n; y++)
         for (int x = 0; x < map->width / n; x++) {
-            uint32_t rgb = 0;
-            for (int c = 0; c < 3; c++)
-                rgb = rgb << 8 | display_value(map, x * n, y * n, n, c, white);
+            uint32_t rgb = display_pixel(map, x * n, y * n, n, white);
             memcpy(data + (size_t)y * (size_t)stride + 4 * (size_t)x, &rgb, sizeof rgb);
         }
     cairo_surface_mark_dirty(surface);

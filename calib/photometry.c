@@ -31,20 +31,20 @@ struct sums {
 
 static void sums_add(struct sums *s, const struct radiance *map, int x, int y, double a, double b)
 {
-    const size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)x);
-    double mean, unused;
+    float value[3], variance[3];
     bool measured[3];
-    if (!cal_measured(map, at, measured))
+    cap_radiance_at(map, x, y, value, variance);
+    if (!cal_measured(map, variance, measured))
         return;
-    cal_gray(map, at, &mean, &unused);
-    for (size_t c = 0; c < 3; c++) {
-        double v = map->value[at + c];
+    double mean = ((double)value[0] + value[1] + value[2]) / 3;
+    for (int c = 0; c < 3; c++) {
+        double v = value[c];
         if (!measured[c])
             continue;
         s->measured[c]++;
         s->value[c] += v;
         s->square[c] += v * v;
-        s->variance[c] += map->variance[at + c];
+        s->variance[c] += variance[c];
     }
     s->pixel[0] += x;
     s->pixel[1] += y;

@@ -11,30 +11,32 @@ enum status cal_view_map(struct radiance *map, const char *out, const struct vie
     snprintf(name, sizeof name, "radiance/%s.exr", view->name);
     char *path = cap_path(out, name);
     enum status status =
-        path ? cap_radiance_read(map, path, err) : cap_fail(err, STATUS_MEMORY, "%s", name);
+        path ? cap_radiance_open(map, path, err) : cap_fail(err, STATUS_MEMORY, "%s", name);
     free(path);
     if (!status && (status = cap_glare_remove(map, view->glare, view->sigma_glare, err)))
         cap_radiance_free(map);
     return status;
 }
 
-int cal_measured(const struct radiance *map, size_t at, bool measured[3])
+int cal_measured(const struct radiance *map, const float variance[3], bool measured[3])
 {
     int count = 0;
-    for (size_t c = 0; c < 3; c++)
-        count += measured[c] = isfinite(map->variance[at + c]);
+    for (int c = 0; c < 3; c++)
+        count += measured[c] = isfinite(variance[c]);
     return *map->cfa || count == 3 ? count : 0;
 }
 
-bool cal_gray(const struct radiance *map, size_t at, double *value, double *variance)
+bool cal_gray(const struct radiance *map, int x, int y, double *value, double *variance)
 {
     bool measured[3];
-    int count = cal_measured(map, at, measured);
+    float v[3], var[3];
+    cap_radiance_at(map, x, y, v, var);
+    int count = cal_measured(map, var, measured);
     double sum = 0;
-    for (size_t c = 0; c < 3; c++)
-        sum += measured[c] ? (double)map->variance[at + c] : 0;
+    for (int c = 0; c < 3; c++)
+        sum += measured[c] ? (double)var[c] : 0;
     // A channel that was not measured here is as noisy as the one that was.
     *variance = count ? sum * 3 / count / 9 : INFINITY;
-    *value = ((double)map->value[at] + map->value[at + 1] + map->value[at + 2]) / 3;
+    *value = ((double)v[0] + v[1] + v[2]) / 3;
     return count > 0;
 }

@@ -4,15 +4,16 @@
 
 #include "calib.h"
 
-/** Read OUT/radiance/NAME.exr of a view, and take the veil off that its glare tells of. On success
- * the caller owns *map. */
+/** OUT/radiance/NAME.exr of a view, freed of the veil that its glare tells of, left in its file
+ * where its form allows: look at it through cap_radiance_at() and cap_radiance_row() only. On
+ * success the caller owns *map. */
 enum status cal_view_map(struct radiance *map, const char *out, const struct view *view,
                          struct error *err);
 
 /** Channels of a photosite that were measured: all three, or the one of a mosaic's photosite; 0:
- *  saturated in every frame, in some channel. at: index of its first value in the map. */
-int cal_measured(const struct radiance *map, size_t at, bool measured[3]);
+ *  saturated in every frame, in some channel. variance is the photosite's. */
+int cal_measured(const struct radiance *map, const float variance[3], bool measured[3]);
 /** Mean of the channels and its variance; in a mosaic, of the photosite and what its neighbours
  *  say of the other two. false: saturated. */
-bool cal_gray(const struct radiance *map, size_t at, double *value, double *variance);
+bool cal_gray(const struct radiance *map, int x, int y, double *value, double *variance);
 #endif

@@ -2,6 +2,7 @@
  * and var.Y; any scan-line form, half or float. Round trips of float are exact.
  */
 #include "exr_library.h"
+#include "map_file.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -183,8 +184,43 @@ bool exr_made_from(const char *path, const char *inputs)
     return same;
 }
 
+/* Channels of ours alone, all in float, each line a chunk of its own, which is not compressed. */
+static bool is_plain(exr_context_t file, struct radiance *map, size_t *first)
+{
+    exr_compression_t compression;
+    const exr_attr_chlist_t *channels;
+    exr_attr_box2i_t box;
+    exr_chunk_info_t chunk;
+    map->channels = our_channels(file, map->cfa);
+    if (map->channels == 0 || exr_get_compression(file, 0, &compression)
+        || compression != EXR_COMPRESSION_NONE || exr_get_channels(file, 0, &channels)
+        || channels->num_channels != 2 * map->channels || exr_get_data_window(file, 0, &box)
+        || exr_read_scanline_chunk_info(file, 0, box.min.y, &chunk))
+        return false;
+    for (int i = 0; i < channels->num_channels; i++)
+        if (channels->entries[i].pixel_type != EXR_PIXEL_FLOAT)
+            return false;
+    map->width = box.max.x - box.min.x + 1;
+    map->height = box.max.y - box.min.y + 1;
+    *first = chunk.data_offset;
+    return __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__;
+}
+
+bool exr_is_plain(struct radiance *map, size_t *first, const char *path)
+{
+    struct error story = {0};
+    exr_context_initializer_t init = exr_initializer(&story);
+    exr_context_t file = NULL;
+    bool plain =
+        exr_start_read(&file, path, &init) == EXR_ERR_SUCCESS && is_plain(file, map, first);
+    if (file)
+        exr_finish(&file);
+    return plain;
+}
+
 void cap_radiance_free(struct radiance *map)
 {
+    map_file_close(map->file);
     free(map->value);
     free(map->variance);
     *map = (struct radiance){0};

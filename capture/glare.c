@@ -8,12 +8,14 @@
  *           lower bound, so the veil of a burnt-out highlight is too weak.
  */
 #include "glare.h"
+#include "map_file.h"
 
 #include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { CELLS = 64, ROUNDS = 6 };
+enum { LOOKS = 24 };  // photosites along a cell that tell its mean
 
 // Standard deviation of the kernels, of the image's diagonal; 0: even.
 static const double width_of[GLARE_TERMS] = {0, 1.0 / 6, 1.0 / 24};
@@ -33,6 +35,20 @@ static enum status make_like(struct glare_field *made, const struct glare_field 
                        : cap_fail(err, STATUS_MEMORY, "%zu numbers of glare", numbers(field));
 }
 
+/* Every step-th photosite of each cell of a row: its channels, and how many there are. */
+static void add_row(double *sum, const float *line, int width, int side, int step)
+{
+    for (int left = 0; left < width; left += side, sum += 4)
+        for (int x = left; x < left + side && x < width; x += step) {
+            const float *v = line + 3 * (size_t)x;
+            if (!isfinite(v[0] + v[1] + v[2]))
+                continue;
+            for (int c = 0; c < 3; c++)
+                sum[c] += (double)v[c];
+            sum[3]++;
+        }
+}
+
 enum status cap_glare_field(struct glare_field *field, const struct radiance *map,
                             struct error *err)
 {
@@ -45,26 +61,23 @@ enum status cap_glare_field(struct glare_field *field, const struct radiance *ma
     made.last[1] = (map->height - (made.height - 1.0) * made.side) / made.side;
     enum status status = make_like(&made, &made, err);
     double *sum = calloc(4 * (size_t)made.width, sizeof *sum);  // three channels, and photosites
-    if (!status && !sum)
+    float *line = malloc(3 * (size_t)map->width * sizeof *line);
+    int step = (made.side + LOOKS - 1) / LOOKS;
+    if (!status && (!sum || !line))
         status = cap_fail(err, STATUS_MEMORY, "%d cells of glare", made.width);
     for (int row = 0; row < made.height && !status; row++) {
         int end = (row + 1) * made.side < map->height ? (row + 1) * made.side : map->height;
         memset(sum, 0, 4 * (size_t)made.width * sizeof *sum);
-        for (int y = row * made.side; y < end; y++)
-            for (int x = 0; x < map->width; x++) {
-                const float *v = map->value + 3 * ((size_t)y * map->width + x);
-                double *cell = sum + 4 * (size_t)(x / made.side);
-                if (!isfinite(v[0] + v[1] + v[2]))
-                    continue;
-                for (int c = 0; c < 3; c++)
-                    cell[c] += (double)v[c];
-                cell[3]++;
-            }
+        for (int y = row * made.side; y < end; y += step) {
+            cap_radiance_row(map, y, 0, map->width, line, NULL);
+            add_row(sum, line, map->width, made.side, step);
+        }
         for (int x = 0; x < made.width; x++)
             for (int c = 0; c < 3 && sum[4 * x + 3] > 0; c++)
                 made.value[3 * ((size_t)row * made.width + x) + c] =
                     (float)(sum[4 * x + c] / sum[4 * x + 3]);
     }
+    free(line);
     free(sum);
     if (status)
         free(made.value);
@@ -239,6 +252,12 @@ enum status cap_glare_remove(struct radiance *map, const double share[GLARE_TERM
         status = cap_glare_clear(&veil, &seen, share, err);
     for (size_t i = 0; !status && i < numbers(&veil); i++)
         veil.value[i] = seen.value[i] - (float)(1 - total) * veil.value[i];
+    if (!status && map->file) {
+        map_file_veil(map->file,
+                      &(struct map_veil){veil, (float)(1 / (1 - total)), (float)(sigma / total)});
+        free(seen.value);
+        return STATUS_OK;  // the file owns the veil
+    }
     float *row = status ? NULL : malloc((count + 3 * (size_t)veil.width) * sizeof *row);
     if (!status && !row)
         status = cap_fail(err, STATUS_MEMORY, "a row of glare");

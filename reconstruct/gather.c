@@ -45,16 +45,20 @@ static void free_lenses(struct lens_table *lens, int cameras)
     free(lens);
 }
 
+// The photosites of the box and those next to them.
 static enum status read_map(struct radiance *map, const struct gathering *g,
-                            const struct viewing *v, struct error *err)
+                            const struct viewing *v, pixel_box box, struct error *err)
 {
     char name[512];
     snprintf(name, sizeof name, "radiance/%s.exr", v->view->name);
     char *path = cap_path(g->out, name);
     if (!path)
         return cap_fail(err, STATUS_MEMORY, "no memory for a path");
-    enum status status = cap_radiance_read(map, path, err);
-    if (!status && (status = cap_glare_remove(map, v->view->glare, v->view->sigma_glare, err)))
+    const int low[2] = {box.x0 - LANES, box.y0 - 2}, end[2] = {box.x1 + LANES, box.y1 + 2};
+    enum status status = cap_radiance_open(map, path, err);
+    if (!status
+        && ((status = cap_glare_remove(map, v->view->glare, v->view->sigma_glare, err))
+            || (status = cap_radiance_load(map, low, end, err))))
         cap_radiance_free(map);
     if (!status && (map->width != v->camera->width || map->height != v->camera->height)) {
         status =
@@ -146,10 +150,10 @@ static enum status add_shot(struct harvest *h, const struct gathering *g, int vi
     struct radiance map = {0};
     struct bounce_map bounce = {0};
     struct raster raster = {0};
-    enum status status = read_map(&map, g, &v, err);
+    pixel_box box = rec_sample_box(&v);
+    enum status status = read_map(&map, g, &v, box, err);
     if (status)
         return status;
-    pixel_box box = rec_sample_box(&v);
     status = rec_bounce_make(&bounce, c, view, &v, box, err);
     if (!status && c->sample.shape == SHAPE_MESH)
         status = rec_raster_make(&raster, &v, box, err);

@@ -90,6 +90,75 @@ static void test_mosaic(void **state)
     cap_radiance_free(&spread);
 }
 
+// What a map in its file tells of each photosite is what the map in memory holds.
+static void expect_same(const char *path, bool mapped)
+{
+    struct radiance whole = {0}, map = {0};
+    assert_int_equal(cap_radiance_read(&whole, path, NULL), STATUS_OK);
+    assert_int_equal(cap_radiance_open(&map, path, NULL), STATUS_OK);
+    assert_int_equal(map.file != NULL, mapped);
+    assert_int_equal(map.width, whole.width);
+    assert_int_equal(map.height, whole.height);
+    assert_string_equal(map.cfa, whole.cfa);
+    for (int y = 0; y < map.height; y++) {
+        float row[2][3 * WIDTH], one[2][3];
+        const size_t at = 3 * (size_t)(y * WIDTH);
+        cap_radiance_row(&map, y, 2, WIDTH, row[0], row[1]);
+        assert_memory_equal(row[0], whole.value + at + 6, (3 * WIDTH - 6) * sizeof(float));
+        assert_memory_equal(row[1], whole.variance + at + 6, (3 * WIDTH - 6) * sizeof(float));
+        for (int x = 0; x < map.width; x++) {
+            cap_radiance_at(&map, x, y, one[0], one[1]);
+            assert_memory_equal(one[0], whole.value + at + 3 * x, sizeof one[0]);
+            assert_memory_equal(one[1], whole.variance + at + 3 * x, sizeof one[1]);
+        }
+    }
+    cap_radiance_free(&map);
+    const int low[2] = {-3, 4}, end[2] = {20, HEIGHT + 1};
+    assert_int_equal(cap_radiance_open(&map, path, NULL), STATUS_OK);
+    assert_int_equal(cap_radiance_load(&map, low, end, NULL), STATUS_OK);
+    for (int y = 4; y < HEIGHT; y++) {
+        const size_t at = 3 * (size_t)(y * WIDTH);
+        assert_memory_equal(map.value + at, whole.value + at, 60 * sizeof(float));
+        assert_memory_equal(map.variance + at, whole.variance + at, 60 * sizeof(float));
+    }
+    cap_radiance_free(&map);
+    cap_radiance_free(&whole);
+}
+
+static void test_maps_that_stay_in_their_files(void **state)
+{
+    (void)state;
+    struct radiance map = make_map();
+    char *path = cap_path(folder, "map.exr");
+    assert_int_equal(cap_radiance_write(&map, path, NULL), STATUS_OK);
+    expect_same(path, true);
+    assert_int_equal(exr_write(&map, path, "x", NULL), STATUS_OK);  // another length of the header
+    expect_same(path, true);
+    map.channels = 1;
+    strcpy(map.cfa, "GRBG");
+    assert_int_equal(cap_radiance_write(&map, path, NULL), STATUS_OK);
+    expect_same(path, true);
+    FILE *file = fopen(path, "r+b");  // rows that change places are not where they are expected
+    assert_non_null(file);
+    const long rows = 8 + 2 * WIDTH * 4;
+    assert_int_equal(fseek(file, -(HEIGHT * rows + HEIGHT * 8), SEEK_END), 0);
+    uint64_t place[2];
+    assert_int_equal(fread(place, sizeof place, 1, file), 1);
+    assert_int_equal(place[1] - place[0], rows);
+    assert_int_equal(fseek(file, -(long)sizeof place, SEEK_CUR), 0);
+    const uint64_t swapped[2] = {place[1], place[0]};
+    assert_int_equal(fwrite(swapped, sizeof swapped, 1, file), 1);
+    assert_int_equal(fclose(file), 0);
+    struct radiance odd = {0};
+    if (cap_radiance_open(&odd, path, NULL) == STATUS_OK)
+        assert_null(odd.file);
+    cap_radiance_free(&odd);
+    assert_int_equal(cap_radiance_open(&odd, "/proc/no_such.exr", NULL), STATUS_IO);
+    remove(path);
+    free(path);
+    cap_radiance_free(&map);
+}
+
 static void test_inputs_tell_whether_a_map_is_up_to_date(void **state)
 {
     (void)state;
@@ -149,6 +218,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_round_trip_is_exact),
         cmocka_unit_test(test_mosaic),
+        cmocka_unit_test(test_maps_that_stay_in_their_files),
         cmocka_unit_test(test_inputs_tell_whether_a_map_is_up_to_date),
         cmocka_unit_test(test_truncated_foreign_and_missing_files_are_refused),
         cmocka_unit_test(test_no_room_leaves_no_file),

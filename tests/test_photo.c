@@ -222,7 +222,7 @@ static void test_exr_image(void **state)
 {
     (void)state;
     static float value[COUNT], back[COUNT];
-    struct radiance map = {WIDTH, HEIGHT, value, value, 3, ""};
+    struct radiance map = {WIDTH, HEIGHT, value, value, 3, "", NULL};
     struct photo_file *file = NULL;
     struct error err = {0};
     for (int i = 0; i < COUNT; i++)

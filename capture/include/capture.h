@@ -171,15 +171,17 @@ void cap_capture_free(struct capture *capture);
 
 /* ---- radiance --------------------------------------------------------------------------- */
 
-/** A linear image with its noise. Owns value and variance; {0} is empty; cap_radiance_free().
+struct radiance_file;
+/** A linear image with its noise. Owns value, variance and file; {0} is empty; cap_radiance_free().
  *  A photosite saturated in all frames holds its lower bound and variance +inf; variance +inf also
  *  marks what was not measured (a defective photosite, see below for mosaics). */
 struct radiance {
     int width, height;
-    float *value;     // [height][width][channels], full scales per second
-    float *variance;  // [height][width][channels], of value
-    int channels;     // 3; 1 only from cap_radiance_read_stored() of a mosaic
-    char cfa[5];      // of a mosaic: its 2 x 2 cell by rows, "RGGB"; else ""
+    float *value;                // [height][width][channels], full scales per second
+    float *variance;             // [height][width][channels], of value
+    int channels;                // 3; 1 only from cap_radiance_read_stored() of a mosaic
+    char cfa[5];                 // of a mosaic: its 2 x 2 cell by rows, "RGGB"; else ""
+    struct radiance_file *file;  // where it stays there (cap_radiance_open): value is NULL then
 };
 
 /** Linearity and noise of the photographs of one camera, per channel, in DN of the file:
@@ -211,7 +213,19 @@ enum status cap_merge(const struct capture *capture, const char *out, struct sen
  *  channels: the one that a photosite measured keeps value and variance, the others hold the mean
  *  of their neighbours and variance +inf. */
 enum status cap_radiance_read(struct radiance *map, const char *path, struct error *err);
-/** The same, as the file holds it: a mosaic has channels 1. */
+/** The same, but an uncompressed map, as cap_merge() writes it, stays in the file: then value and
+ *  variance are NULL, and memory and time go with the photosites that are looked at. */
+enum status cap_radiance_open(struct radiance *map, const char *path, struct error *err);
+/** Value and variance of a photosite in all three channels; of any map with channels 3. */
+void cap_radiance_at(const struct radiance *map, int x, int y, float value[3], float variance[3]);
+/** The same of the photosites from <= x < end of a row: [end - from][3]. variance may be NULL. */
+void cap_radiance_row(const struct radiance *map, int y, int from, int end, float *value,
+                      float *variance);
+/** Bring the photosites low <= (x, y) < end of a map that stays in its file into memory: value and
+ *  variance hold them then, and anything elsewhere. Other maps stay as they are. STATUS_MEMORY. */
+enum status cap_radiance_load(struct radiance *map, const int low[2], const int end[2],
+                              struct error *err);
+/** cap_radiance_read(), as the file holds it: a mosaic has channels 1. */
 enum status cap_radiance_read_stored(struct radiance *map, const char *path, struct error *err);
 /** The channel (0 R, 1 G, 2 B) that the photosite (x, y) of a mosaic measured; -1: all of them. */
 int cap_radiance_channel(const struct radiance *map, int x, int y);
