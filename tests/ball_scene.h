@@ -69,7 +69,8 @@ static inline void shoot(struct scene *s)
                                calloc(3 * WIDTH * HEIGHT, sizeof(float)),
                                calloc(3 * WIDTH * HEIGHT, sizeof(float)),
                                3,
-                               "", NULL};
+                               "",
+                               NULL};
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++) {
             double sum[3] = {0}, pixel[2] = {x, y};
