@@ -4,6 +4,7 @@
 #include "near.h"
 
 #include <stdlib.h>
+#include <unistd.h>
 
 enum { WIDTH = 150, HEIGHT = 100, COUNT = 3 * WIDTH * HEIGHT };
 
@@ -123,6 +124,35 @@ static void test_a_wide_veil_is_taken_off(void **state)
             }
 }
 
+static void test_a_map_in_its_file_is_cleared_where_somebody_looks(void **state)
+{
+    (void)state;
+    const double share[GLARE_TERMS] = {0.02, 0.01, 0};
+    char path[] = "/tmp/test_glare_XXXXXX";
+    struct radiance in_file = {0};
+    int file = mkstemp(path);
+    assert_true(file >= 0);
+    close(file);
+    veil_evenly(0.02);
+    for (int i = 0; i < COUNT; i++)
+        variance[i] = 1e-6f;
+    assert_int_equal(cap_radiance_write(&map, path, NULL), STATUS_OK);
+    assert_int_equal(cap_radiance_open(&in_file, path, NULL), STATUS_OK);
+    assert_non_null(in_file.file);
+    assert_int_equal(cap_glare_remove(&in_file, share, 0.002, NULL), STATUS_OK);
+    assert_int_equal(cap_glare_remove(&map, share, 0.002, NULL), STATUS_OK);
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        float v[3], var[3];
+        cap_radiance_at(&in_file, i % WIDTH, i / WIDTH, v, var);
+        for (int c = 0; c < 3; c++) {  // seven digits of floats, in another order
+            assert_near(v[c], value[3 * i + c], 1e-6);
+            assert_near(var[c], variance[3 * i + c], 1e-11);
+        }
+    }
+    remove(path);
+    cap_radiance_free(&in_file);
+}
+
 static void test_no_share_changes_nothing(void **state)
 {
     (void)state;
@@ -142,6 +172,7 @@ int main(void)
         cmocka_unit_test(test_doubt_goes_into_the_variance),
         cmocka_unit_test(test_what_was_not_measured_stays_so),
         cmocka_unit_test(test_a_wide_veil_is_taken_off),
+        cmocka_unit_test(test_a_map_in_its_file_is_cleared_where_somebody_looks),
         cmocka_unit_test(test_no_share_changes_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
