@@ -240,7 +240,6 @@ static bool tag_box(const struct fit *f, const struct camera *camera, const stru
     return true;
 }
 
-// Fill f->site with what lies at least margin_px from the rim. false: none, or out of memory.
 // So many photosites fix a tag to a part of what print and paper leave; more only cost time.
 static const double sites_wanted = 16384;
 
@@ -252,6 +251,66 @@ static bool on_lattice(int x, int y, int every)
     return (x + turn * y) % every == 0;
 }
 
+// A pixel without distortion, if it lies in the pattern at least margin_px from its rim.
+static bool in_pattern(const struct fit *f, const struct camera *camera, int x, int y,
+                       double margin_px, double q[2])
+{
+    double pixel[2] = {x, y}, st[2], by_q[2][2], margin[2];
+    tag_image_undistort(camera, pixel, q);
+    tag_image_apply(&f->image.square_from_q, q, st, by_q);
+    for (int i = 0; i < 2; i++)
+        margin[i] = margin_px * f->image.pattern->side
+                    * sqrt(by_q[i][0] * by_q[i][0] + by_q[i][1] * by_q[i][1]);
+    return within(f->image.pattern, st, margin);
+}
+
+// A mosaic's photosite is one of three channels, and paper and ink are gray: what the channels'
+// means over the tag differ by is taken out. They sample the same pattern, some hundred times each.
+struct channels {
+    double scale[3];
+};
+
+static struct channels channels_of(const struct fit *f, const struct camera *camera,
+                                   const struct radiance *map, const int low[2], const int high[2])
+{
+    struct channels all = {{1, 1, 1}};
+    double sum[3] = {0}, count[3] = {0}, q[2];
+    for (int y = low[1]; *map->cfa && y <= high[1]; y++)
+        for (int x = low[0]; x <= high[0]; x++) {
+            int c = cap_radiance_channel(map, x, y);
+            float value[3], variance[3];
+            if (!in_pattern(f, camera, x, y, 0, q))
+                continue;
+            cap_radiance_at(map, x, y, value, variance);
+            if (!isfinite(variance[c]))
+                continue;
+            sum[c] += (double)value[c];
+            count[c]++;
+        }
+    double whole = sum[0] + sum[1] + sum[2], sites = count[0] + count[1] + count[2];
+    for (int c = 0; c < 3; c++)
+        if (sum[c] > 0)
+            all.scale[c] = whole / sites * count[c] / sum[c];
+    return all;
+}
+
+// Value and variance of a photosite: the mean of its channels, or the one it measured, scaled.
+static void measure(struct photosite *s, const struct radiance *map, int x, int y,
+                    const struct channels *channels)
+{
+    float value[3], variance[3];
+    int own = cap_radiance_channel(map, x, y);
+    cap_radiance_at(map, x, y, value, variance);
+    for (int c = 0; c < 3; c++) {
+        double part = own < 0 ? 1.0 / 3 : c == own ? channels->scale[c] : 0;
+        if (part > 0) {
+            s->value += part * (double)value[c];
+            s->variance += part * part * (double)variance[c];
+        }
+    }
+}
+
+// Fill f->site with what lies at least margin_px from the rim. false: none, or out of memory.
 static bool gather(struct fit *f, const struct camera *camera, const struct radiance *map,
                    double margin_px)
 {
@@ -265,25 +324,14 @@ static bool gather(struct fit *f, const struct camera *camera, const struct radi
     f->site = site;
     f->sites = 0;
     int every = (int)ceil((double)room / sites_wanted);
+    const struct channels channels = channels_of(f, camera, map, low, high);
     for (int y = low[1]; y <= high[1]; y++)
         for (int x = low[0]; x <= high[0]; x++) {
-            if (!on_lattice(x, y, every))
-                continue;
-            double pixel[2] = {x, y}, st[2], by_q[2][2], margin[2];
             struct photosite s = {0};
-            tag_image_undistort(camera, pixel, s.q);
-            tag_image_apply(&f->image.square_from_q, s.q, st, by_q);
-            for (int i = 0; i < 2; i++)
-                margin[i] = margin_px * f->image.pattern->side
-                            * sqrt(by_q[i][0] * by_q[i][0] + by_q[i][1] * by_q[i][1]);
-            if (!within(f->image.pattern, st, margin) || dull(f, s.q, x, y))
+            if (!on_lattice(x, y, every) || !in_pattern(f, camera, x, y, margin_px, s.q)
+                || dull(f, s.q, x, y))
                 continue;
-            float value[3], variance[3];
-            cap_radiance_at(map, x, y, value, variance);
-            for (int c = 0; c < 3; c++) {
-                s.value += (double)value[c] / 3;
-                s.variance += (double)variance[c] / 9;
-            }
+            measure(&s, map, x, y, &channels);
             if (isfinite(s.value) && isfinite(s.variance) && s.variance >= 0)
                 site[f->sites++] = s;
         }
