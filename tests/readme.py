@@ -22,7 +22,9 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         os.symlink(os.path.join(project, "samples"), os.path.join(folder, "samples"))
         for command in commands:
-            r = subprocess.run(["bash", "-ec", command], cwd=folder, env=env, capture_output=True, text=True)
+            # Open MPI's plugins leak at exit and are unloaded by then: no suppression can name them.
+            options = os.environ.get("ASAN_OPTIONS", "") + (":detect_leaks=0" if command.startswith("mpirun") else "")
+            r = subprocess.run(["bash", "-ec", command], cwd=folder, env=dict(env, ASAN_OPTIONS=options), capture_output=True, text=True)
             failed += r.returncode != 0
             print("%-8s %s" % ("ok" if r.returncode == 0 else "FAILED", command))
             if r.returncode:
