@@ -23,27 +23,28 @@
  * in chi^2 = sum (d_f - x t_f)^2 / v_f: beyond what noise does once in 10^5 photosites, the
  * variance is multiplied by chi^2 over its degrees of freedom.
  *
- * Speed.    All loops are over values, free of branches, and vectorised; the processor's widest
- *           registers are used where it has them, with the same bits (nothing is contracted).
+ * Speed.    Sixteen values go through all frames together, free of branches, and their sums stay in
+ *           registers, the widest that the processor has, with the same bits (nothing is
+ *           contracted). Frames that are saturated all over a block are passed over.
  *
  * M. Granados et al., "Optimal HDR reconstruction with linear digital cameras", CVPR 2010;
  * S. W. Hasinoff et al., "Noise-optimal capture for high dynamic range photography", CVPR 2010.
  */
 #include "merge.h"
+#include "bracket.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
-#if defined __clang__
-#define INDEPENDENT
-#else
-#define INDEPENDENT _Pragma("GCC ivdep")
-#endif
+// Electrons in all frames that serve: in between, a second round tells. Below there is nothing to
+// tell.
+static const float dim_from = 10, dim_to = 400;
 
-// Electrons in the longest frame: in between, a second round tells. Below there is nothing to tell.
-static const float dim_from = 8, dim_to = 300;
-
-enum { BLOCK = 256 };  // values at a time: what the loops below share stays in the nearest cache
+enum { TOGETHER = 16, BLOCK = 256 };  // values
+typedef float lanes __attribute__((vector_size(TOGETHER * sizeof(float))));
+typedef int32_t flags __attribute__((vector_size(TOGETHER * sizeof(int32_t))));  // -1 or 0
+#define INLINE static inline __attribute__((always_inline))
 
 static int channel_of(size_t i, const char *cfa, int y)
 {
@@ -97,133 +98,212 @@ WIDE void merge_row_scale(struct merge_row *row, const float *flat)
         scale[i] = full[i] / flat[i];
 }
 
-/* The sums of one block. */
-struct sums {
-    float x[BLOCK];
-    float sum[BLOCK], seconds[BLOCK], used[BLOCK];  // over the first used[] frames, which serve
-    float numerator[BLOCK], denominator[BLOCK], square[BLOCK];
+/* Sixteen values, and what their row and their sums say of them. */
+struct group {
+    lanes black, usable, safe, read2, slope, relative2, scale;
+    lanes x;             // an estimate for the weights
+    lanes sum, second;   // over the first used[] frames, which serve; one over their time
+    lanes limit, freed;  // of chi^2; one over its degrees of freedom
+    flags used;
+    lanes numerator, denominator, square;
 };
 
-static inline __attribute__((always_inline)) void choose_frame(struct sums *restrict s,
-                                                               const struct merge_row *row,
-                                                               int from, int count,
-                                                               const float *restrict v, float t,
-                                                               float share, float before)
+/* How the frames of a bracket are used. */
+struct timing {
+    float time[BRACKET_FRAMES_MAX];
+    // Of all frames up to one: its share of their time (0: the first), and one over their time;
+    // what chi^2 exceeds once in 10^5, and one over its degrees of freedom.
+    float share[BRACKET_FRAMES_MAX], second[BRACKET_FRAMES_MAX];
+    float limit[BRACKET_FRAMES_MAX], freed[BRACKET_FRAMES_MAX];
+};
+
+INLINE void take(lanes *to, const float *from)
 {
-    const float *restrict black = row->black + from, *restrict usable = row->usable + from;
-    const float *restrict safe = row->safe + from;
-    float *restrict sum = s->sum, *restrict seconds = s->seconds, *restrict used = s->used;
-    INDEPENDENT for (int i = 0; i < count; i++)
-    {
-        // Infinite values must not reach the sums: 0 times infinity is none.
-        float serves = v[i] < usable[i] ? 1.0f : 0.0f;
-        float d = (v[i] < usable[i] ? v[i] : usable[i]) - black[i];
-        serves = used[i] == before ? serves : 0.0f;
-        serves = (sum[i] + d) * share < safe[i] ? serves : 0.0f;
-        sum[i] += serves * d;
-        seconds[i] += serves * t;
-        used[i] += serves;
-    }
+    memcpy(to, from, sizeof *to);
 }
 
-static inline __attribute__((always_inline)) void weigh_frame(struct sums *restrict s,
-                                                              const struct merge_row *row, int from,
-                                                              int count, const float *restrict v,
-                                                              float t, float number)
+/* Is x below zero? By its sign: comparisons of vectors are taken to pieces before the compiler
+ * knows which registers it has. a - b is below zero where a < b. */
+#define NEGATIVE(x) ((flags)(x) >> 31)
+/* x where the flag is set, else 0. Not a product: 0 times infinity is none. */
+#define WHERE(flag, x) ((lanes)((flag) & (flags)(x)))
+/* a where the flag is set, else b. */
+#define EITHER(flag, a, b) ((lanes)(((flag) & (flags)(a)) | (~(flag) & (flags)(b))))
+
+/* Signal of a frame; a saturated one is cut, so that all that follows is finite. */
+INLINE void signal_of(lanes *d, flags *below, const struct group *g, const float *dn)
 {
-    const float *restrict black = row->black + from, *restrict usable = row->usable + from;
-    const float *restrict read2 = row->read2 + from, *restrict slope = row->slope + from;
-    const float *restrict x = s->x, *restrict used = s->used;
-    float *restrict numerator = s->numerator, *restrict denominator = s->denominator;
-    float *restrict square = s->square;
-    INDEPENDENT for (int i = 0; i < count; i++)
-    {
-        float serves = used[i] > number ? 1.0f : 0.0f;
-        float d = (v[i] < usable[i] ? v[i] : usable[i]) - black[i];
-        float signal = 0.5f * (x[i] + fabsf(x[i])) * t;
-        float weight = serves / (read2[i] + signal * slope[i]);
-        numerator[i] += weight * t * d;
-        denominator[i] += weight * t * t;
-        square[i] += weight * (d - x[i] * t) * (d - x[i] * t);
-    }
+    lanes v;
+    take(&v, dn);
+    *below = NEGATIVE(v - g->usable);
+    *d = EITHER(*below, v, g->usable) - g->black;
 }
 
-/* Is a value of the block so dim that a second round tells? */
-static inline __attribute__((always_inline)) bool is_dim(const struct sums *restrict s,
-                                                         const struct merge_row *row, int from,
-                                                         int count, float longest)
+/* Which frames serve. */
+INLINE void choose(struct group *g, const float *const *dn, int at, const struct timing *timing,
+                   int frames)
 {
-    const float *restrict slope = row->slope + from, *restrict x = s->x;
-    int dim = 0;
-    for (int i = 0; i < count; i++) {
-        float signal = x[i] * longest;
-        dim += signal > dim_from * slope[i] && signal < dim_to * slope[i];
-    }
-    return dim > 0;
-}
-
-static inline __attribute__((always_inline)) void weigh(struct sums *restrict s,
-                                                        const struct merge_row *row, int from,
-                                                        int count, const float *const *dn,
-                                                        const double *time, int frames)
-{
-    memset(s->numerator, 0, sizeof s->numerator);
-    memset(s->denominator, 0, sizeof s->denominator);
-    memset(s->square, 0, sizeof s->square);
-    for (int f = 0; f < frames; f++)
-        weigh_frame(s, row, from, count, dn[f] + from, (float)time[f], (float)f);
-    for (int i = 0; i < count; i++)
-        s->x[i] = s->numerator[i] / (s->used[i] > 0 ? s->denominator[i] : 1);
-}
-
-static inline __attribute__((always_inline)) void finish_block(float *restrict value,
-                                                               float *restrict variance,
-                                                               const struct sums *s,
-                                                               const struct merge_row *row,
-                                                               int from, int count, float shortest)
-{
-    const float *restrict scale = row->scale + from, *restrict usable = row->usable + from;
-    const float *restrict black = row->black + from, *restrict relative2 = row->relative2 + from;
-    for (int i = 0; i < count; i++) {
-        bool any = s->used[i] > 0;
-        // Saturated in all frames: at least what the shortest could have told.
-        float bound = (usable[i] - black[i]) * shortest;
-        float freedom = s->used[i] > 2 ? s->used[i] - 1 : 1;
-        // Chi^2 / n exceeds this once in 10^5 (Laurent and Massart 2000: 1 + 2 sqrt(L/n) + 2 L/n
-        // with L = ln 10^5 = 11.5).
-        float limit = 1 + 23.0f / freedom + 2 * sqrtf(11.5f / freedom);
-        float disagreement = s->square[i] / freedom;
-        float factor = disagreement > limit ? disagreement : 1;
-        float noise = factor / (any ? s->denominator[i] : 1) + relative2[i] * s->x[i] * s->x[i];
-        value[i] = scale[i] * (any ? s->x[i] : bound);
-        variance[i] = any ? scale[i] * scale[i] * noise : INFINITY;
-    }
-}
-
-WIDE static void merge_block(float *value, float *variance, const struct merge_row *row, int from,
-                             int count, const float *const *dn, const double *time, int frames)
-{
-    struct sums s;
-    double total = 0;
-    memset(&s, 0, sizeof s);
+    g->sum = g->second = g->limit = g->freed = (lanes){0};
+    g->used = (flags){0};
+    flags serves = ~g->used;
     for (int f = 0; f < frames; f++) {
-        float share = f > 0 ? (float)(time[f] / (total + time[f])) : 0;
-        choose_frame(&s, row, from, count, dn[f] + from, (float)time[f], share, (float)f);
-        total += time[f];
+        lanes d;
+        flags below;
+        signal_of(&d, &below, g, dn[f] + at);
+        serves &= below & NEGATIVE((g->sum + d) * timing->share[f] - g->safe);
+        g->sum += WHERE(serves, d);
+        g->second = EITHER(serves, (lanes){0} + timing->second[f], g->second);
+        g->limit = EITHER(serves, (lanes){0} + timing->limit[f], g->limit);
+        g->freed = EITHER(serves, (lanes){0} + timing->freed[f], g->freed);
+        g->used -= serves;
     }
-    for (int i = 0; i < count; i++)
-        s.x[i] = s.sum[i] / (s.used[i] > 0 ? s.seconds[i] : 1);
-    weigh(&s, row, from, count, dn, time, frames);
-    if (is_dim(&s, row, from, count, (float)time[frames - 1]))
-        weigh(&s, row, from, count, dn, time, frames);
-    finish_block(value + from, variance + from, &s, row, from, count, (float)(1 / time[0]));
+}
+
+INLINE void weigh_frame(struct group *g, const float *dn, float t, int frame)
+{
+    lanes d;
+    flags unused, serves = NEGATIVE(frame - g->used);
+    signal_of(&d, &unused, g, dn);
+    lanes signal = WHERE(~NEGATIVE(g->x), g->x) * t;
+    lanes weight = WHERE(serves, 1 / (g->read2 + signal * g->slope)), off = d - g->x * t;
+    lanes wt = weight * t;
+    g->numerator += wt * d;
+    g->denominator += wt * t;
+    g->square += weight * off * off;
+}
+
+INLINE void weigh(struct group *g, const float *const *dn, int at, const struct timing *timing,
+                  int frames)
+{
+    g->numerator = g->denominator = g->square = (lanes){0};
+    for (int f = 0; f < frames; f++)
+        weigh_frame(g, dn[f] + at, timing->time[f], f);
+}
+
+/* Is one of the values so dim that a second round tells? */
+INLINE bool is_dim(const struct group *g)
+{
+    flags dim = NEGATIVE(dim_from * g->slope - g->sum) & NEGATIVE(g->sum - dim_to * g->slope);
+    int32_t any = 0;
+    for (int i = 0; i < TOGETHER; i++)
+        any |= dim[i];
+    return any != 0;
+}
+
+INLINE void finish(lanes *value, lanes *variance, const struct group *g, float shortest)
+{
+    const flags some = NEGATIVE(-g->used);
+    const lanes one = (lanes){0} + 1;
+    // Saturated in all frames: at least what the shortest could have told.
+    lanes bound = (g->usable - g->black) * shortest;
+    lanes over = 1 / EITHER(some, g->denominator, one), x = g->numerator * over;
+    over *= EITHER(NEGATIVE(g->limit - g->square), g->square * g->freed, one);
+    lanes noise = over + g->relative2 * x * x;
+    *value = g->scale * EITHER(some, x, bound);
+    *variance = EITHER(some, g->scale * g->scale * noise, one * INFINITY);
+}
+
+INLINE void merge_group(float *value, float *variance, const struct merge_row *row, int at,
+                        const float *const *dn, const struct timing *timing, int frames)
+{
+    struct group g;
+    lanes v, var;
+    take(&g.black, row->black + at);
+    take(&g.usable, row->usable + at);
+    take(&g.safe, row->safe + at);
+    take(&g.read2, row->read2 + at);
+    take(&g.slope, row->slope + at);
+    take(&g.relative2, row->relative2 + at);
+    take(&g.scale, row->scale + at);
+    choose(&g, dn, at, timing, frames);
+    g.x = g.sum * g.second;
+    weigh(&g, dn, at, timing, frames);
+    if (is_dim(&g)) {
+        g.x = g.numerator / EITHER(NEGATIVE(-g.used), g.denominator, (lanes){0} + 1);
+        weigh(&g, dn, at, timing, frames);
+    }
+    finish(&v, &var, &g, 1 / timing->time[0]);
+    memcpy(value + at, &v, sizeof v);
+    memcpy(variance + at, &var, sizeof var);
+}
+
+/* Frames of a block that are not saturated all over; the others are longer. */
+INLINE int frames_below(const struct merge_row *row, int from, int end, const float *const *dn,
+                        int frames)
+{
+    int f = 0, below = 1;
+    for (; f < frames && below > 0; f++) {
+        const float *v = dn[f];
+        below = 0;
+        for (int i = from; i < end; i++)
+            below += v[i] < row->usable[i];
+    }
+    return below > 0 ? f : f - 1;
+}
+
+WIDE static void merge_groups(float *value, float *variance, const struct merge_row *row,
+                              const float *const *dn, const struct timing *timing, int frames)
+{
+    const int whole = row->count / TOGETHER * TOGETHER;
+    for (int from = 0; from < whole; from += BLOCK) {
+        int end = from + BLOCK < whole ? from + BLOCK : whole;
+        int some = frames_below(row, from, end, dn, frames);
+        for (int at = from; at < end; at += TOGETHER)
+            merge_group(value, variance, row, at, dn, timing, some);
+    }
+}
+
+/* The last values of a row, fewer than sixteen, in a row of their own. */
+static void merge_rest(float *value, float *variance, const struct merge_row *row,
+                       const float *const *dn, const struct timing *timing, int frames)
+{
+    const int count = row->count % TOGETHER, from = row->count - count;
+    const float *const of_row[7] = {row->black, row->usable,    row->safe, row->read2,
+                                    row->slope, row->relative2, row->scale};
+    float of_rest[7][TOGETHER] = {{0}}, seen[BRACKET_FRAMES_MAX][TOGETHER], result[2][TOGETHER];
+    const float *frame[BRACKET_FRAMES_MAX];
+    for (int k = 0; k < 7; k++)
+        memcpy(of_rest[k], of_row[k] + from, (size_t)count * sizeof(float));
+    for (int f = 0; f < frames; f++) {
+        memset(seen[f], 0, sizeof seen[f]);
+        memcpy(seen[f], dn[f] + from, (size_t)count * sizeof(float));
+        frame[f] = seen[f];
+    }
+    const struct merge_row rest = {.count = TOGETHER,
+                                   .black = of_rest[0],
+                                   .usable = of_rest[1],
+                                   .safe = of_rest[2],
+                                   .read2 = of_rest[3],
+                                   .slope = of_rest[4],
+                                   .relative2 = of_rest[5],
+                                   .scale = of_rest[6]};
+    merge_groups(result[0], result[1], &rest, frame, timing, frames);
+    memcpy(value + from, result[0], (size_t)count * sizeof(float));
+    memcpy(variance + from, result[1], (size_t)count * sizeof(float));
+}
+
+/* Chi^2 of n degrees of freedom exceeds this once in 10^5 (Laurent and Massart 2000:
+ * n + 2 sqrt(L n) + 2 L with L = ln 10^5 = 11.5). */
+static double chi2_limit(int n)
+{
+    return n + 23 + 2 * sqrt(11.5 * n);
 }
 
 void merge_row(float *value, float *variance, const struct merge_row *row, const float *const *dn,
                const double *time, int frames)
 {
-    for (int from = 0; from < row->count; from += BLOCK) {
-        int count = row->count - from < BLOCK ? row->count - from : BLOCK;
-        merge_block(value, variance, row, from, count, dn, time, frames);
+    struct timing timing;
+    double total = 0;
+    assert(frames <= BRACKET_FRAMES_MAX);
+    for (int f = 0; f < frames; f++) {
+        timing.time[f] = (float)time[f];
+        timing.share[f] = f > 0 ? (float)(time[f] / (total + time[f])) : 0;
+        total += time[f];
+        timing.second[f] = (float)(1 / total);
+        timing.limit[f] = (float)chi2_limit(f > 0 ? f : 1);
+        timing.freed[f] = 1 / (float)(f > 0 ? f : 1);
     }
+    merge_groups(value, variance, row, dn, &timing, frames);
+    if (row->count % TOGETHER)
+        merge_rest(value, variance, row, dn, &timing, frames);
 }

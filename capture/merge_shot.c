@@ -2,8 +2,9 @@
  *
  * Files whose strips can be decoded in any order are opened once a thread, and bands go round the
  * threads; only the copying out is in order. Others are decoded frame beside frame, and the rows
- * of the band are merged beside each other then. Memory is that of some bands, whatever the size of
- * the image; the result does not depend on the number of threads.
+ * of the band are merged beside each other then. One thread goes row by row: what it has unpacked
+ * is still in the nearest cache when it is merged. Memory is that of some bands, whatever the size
+ * of the image; the result does not depend on the number of threads.
  */
 #include "merge_shot.h"
 #include "blocks.h"
@@ -63,7 +64,7 @@ static void worker_close(struct worker *w)
     free(w->packed);
 }
 
-/* Row y of the image, the k-th of the band. */
+/* Row y of the image, the k-th of what was read. */
 static void merge_line(const struct worker *w, const struct frames *frames, int y, int k)
 {
     struct merge_row row = w->row[y % 2];
@@ -79,11 +80,18 @@ static void merge_line(const struct worker *w, const struct frames *frames, int 
     frames_finish(frames, &row, y, w->value + at, w->variance + at);
 }
 
-static void pack_line(const struct worker *w, const struct exr_header *header, int k)
+/* The from-th row of what was merged becomes the k-th of the band. */
+static void pack_line(const struct worker *w, const struct exr_header *header, int from, int k)
 {
-    size_t at = (size_t)k * (size_t)w->row[0].count;
+    size_t at = (size_t)from * (size_t)w->row[0].count;
     exr_pack(w->packed + (size_t)k * exr_line_size(header), header, w->value + at,
              w->variance + at);
+}
+
+/* Blocks of encoded photographs need the whole band. */
+static bool by_rows(const struct worker *w, int threads)
+{
+    return threads == 1 && !w->chi2;
 }
 
 static enum status merge_band(struct worker *w, const struct frames *frames,
@@ -91,20 +99,28 @@ static enum status merge_band(struct worker *w, const struct frames *frames,
                               int *bad, struct error *err)
 {
     enum status status = bracket_seek(&w->bracket, top, bad, err);
-    if (!status)
+    bool one_by_one = by_rows(w, threads);
+    for (int k = 0; k < rows && one_by_one && !status; k++) {
+        status = bracket_read(&w->bracket, 1, bad, err);
+        if (!status) {
+            merge_line(w, frames, top + k, 0);
+            pack_line(w, header, 0, k);
+        }
+    }
+    if (!status && !one_by_one)
         status = bracket_read(&w->bracket, rows, bad, err);
-    if (status)
+    if (status || one_by_one)
         return status;
 #pragma omp parallel for schedule(static) num_threads(threads)
     for (int k = 0; k < rows; k++) {
         merge_line(w, frames, top + k, k);
         if (!w->chi2)
-            pack_line(w, header, k);
+            pack_line(w, header, k, k);
     }
     if (w->chi2) {
         blocks_apply(w->variance, w->value, w->chi2, w->freedom, &w->row[0], rows);
         for (int k = 0; k < rows; k++)
-            pack_line(w, header, k);
+            pack_line(w, header, k, k);
     }
     return STATUS_OK;
 }
@@ -179,8 +195,9 @@ static void merge_in_order(struct failure *failure, struct exr_writer *writer, s
                            const struct shot *shot)
 {
     w->bracket.threads = job->threads;
-    for (int top = 0; top < header->height && !failure->status; top += w->bracket.rows) {
-        int left = header->height - top, rows = left < w->bracket.rows ? left : w->bracket.rows;
+    int each = by_rows(w, job->threads) ? 1 : w->bracket.rows;
+    for (int top = 0; top < header->height && !failure->status; top += each) {
+        int left = header->height - top, rows = left < each ? left : each;
         failure->status = merge_band(w, &job->frames[shot->camera], header, top, rows, job->threads,
                                      &failure->bad, &failure->err);
         if (!failure->status) {
