@@ -44,7 +44,7 @@ struct cue_node {
 struct light_node {
     char *name, *frame;
     double *position, *direction, *intensity, *irradiance;  // [3] each, or NULL
-    double sigma_position[3], sigma_direction[3], sigma_intensity[3], sigma_irradiance[3];
+    double radius, sigma_position[3], sigma_direction[3], sigma_intensity[3], sigma_irradiance[3];
     double covariance[16];
     struct cue_node *cue;
     int cues;
@@ -147,6 +147,7 @@ static const cyaml_schema_field_t light_fields[] = {TEXT(NEED, light_node, name)
                                                     VECTOR(light_node, direction),
                                                     VECTOR(light_node, intensity),
                                                     VECTOR(light_node, irradiance),
+                                                    NUMBER(MAY, light_node, radius),
                                                     NUMBERS(MAY, light_node, sigma_position, 3),
                                                     NUMBERS(MAY, light_node, sigma_direction, 3),
                                                     NUMBERS(MAY, light_node, sigma_intensity, 3),
@@ -252,10 +253,14 @@ static enum status take_light(struct lamp *lamp, struct light_node *node, struct
     if (node->frame && strcmp(node->frame, "world") != 0 && strcmp(node->frame, "camera") != 0)
         return cap_fail(err, STATUS_FORMAT, "light %s: frame is world or camera, not '%s'",
                         node->name, node->frame);
+    if (!(node->radius >= 0) || (distant && node->radius > 0))
+        return cap_fail(err, STATUS_FORMAT, "light %s: only a point has a radius, which is positive",
+                        node->name);
     *lamp = (struct lamp){.at_infinity = distant,
                           .on_camera = node->frame && strcmp(node->frame, "camera") == 0};
     if (point) {
         lamp->position = vec3_of(node->position);
+        lamp->radius = node->radius;
     } else {
         vec3 direction = vec3_of(node->direction);
         if (!(vec3_length(direction) > 0))

@@ -120,6 +120,7 @@ static void write_lamp(struct yaml_out *out, const struct lamp *l)
     } else {
         write_vec3(out, "position", l->position);
         numbers_if_known(out, "sigma_position", l->sigma_position, 3);
+        number_if_known(out, "radius", l->radius);
     }
     cap_yaml_numbers(out, l->at_infinity ? "irradiance" : "intensity", l->intensity, 3);
     numbers_if_known(out, l->at_infinity ? "sigma_irradiance" : "sigma_intensity",

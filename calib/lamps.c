@@ -142,7 +142,8 @@ static enum status name_lamps(struct calibration *c, const struct capture *captu
         struct lamp *lamp = &c->lamp[c->lamps++];
         *lamp = (struct lamp){.name = strdup(place->name),
                               .on_camera = place->on_camera,
-                              .position = place->position};
+                              .position = place->position,
+                              .radius = place->radius};
         if (!lamp->name)
             return cap_fail(err, STATUS_MEMORY, "lamp %s", place->name);
     }

@@ -165,6 +165,10 @@ static enum status check_light(struct light_place *light, const struct capture_y
     snprintf(path, sizeof path, "lights[%u].position", i);
     light->has_position = is_there(yaml, path);
     light->position = vec3_of(given->position);
+    snprintf(path, sizeof path, "lights[%u].radius", i);
+    if (!(given->radius >= 0))
+        return yaml_source_fail(&yaml->source, err, path, "has to be positive");
+    light->radius = given->radius;
     light->name = strdup(given->name);
     return light->name ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%s", yaml->source.file);
 }

@@ -35,7 +35,7 @@ struct yaml_light {
     char *name, *frame;
     char **photo;
     unsigned photos;
-    double position[3];
+    double position[3], radius;
 };
 struct yaml_shot {
     char *name;

@@ -73,6 +73,7 @@ static void add_sums(struct bin_sums *to, const struct bin_sums *from)
     to->w += from->w;
     to->w_systematic += from->w_systematic;
     to->w_tilt += from->w_tilt;
+    to->w_disc += from->w_disc;
     to->w_back += from->w_back;
     for (int i = 0; i < 2; i++)
         to->w_spread[i] += from->w_spread[i];
@@ -188,6 +189,7 @@ static struct bin finish_bin(const struct bin_sums *s, struct grid grid, int ind
         .systematic = unfix(s->w_systematic) / w,
         .tilt = unfix(s->w_tilt) / w,
         .spread = {unfix(s->w_spread[0]) / w, unfix(s->w_spread[1]) / w},
+        .disc = unfix(s->w_disc) / w,
     };
     for (int c = 0; c < 3; c++)
         if (weight_of(s, c) > 0)

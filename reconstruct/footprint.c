@@ -7,6 +7,8 @@
  *           points, 3 x 3, exact for polynomials to the fifth degree; where the normal hardly turns
  *           within the square its centre alone does. What the lens spreads light over widens the
  *           square to the same variance.
+ *           The lamp's disc, evenly bright and a / r wide, spreads wi by its second moment,
+ *           (a / 2r)^2 each way; where part of it has set, the photosite is at the terminator.
  * Limits.   A photosite is left out within one photosite of the outline and of the terminator, or
  *           as far as the lens spreads light: beyond the edge lies something else. On a mesh the
  *           outline's one photosite stays one.
@@ -289,6 +291,17 @@ static bool begin(struct strip *s, struct pencil *p, struct ray_ends *center)
     return any;
 }
 
+// The ball that shines is a / r in sine: it is up as a whole where the lamp's middle is that high.
+static void take_disc(struct strip *s, const struct viewing *v, const double *cos_i)
+{
+    for (int i = 0; i < LANES; i++) {
+        double sine = v->lamp->radius / s->distance[i];
+        s->disc[i] = sine * sine / 4;
+        if (s->fate[i] == FATE_USED && cos_i[i] < sine)
+            s->fate[i] = FATE_TERMINATOR;
+    }
+}
+
 void rec_strip_footprints(struct strip *s, const struct viewing *v)
 {
     struct pencil p;
@@ -308,8 +321,10 @@ void rec_strip_footprints(struct strip *s, const struct viewing *v)
     for (int i = 0; i < LANES; i++) {
         s->fate[i] = s->hit[i] ? fate_of(&look, center.m.hit[i], center.cos_i[i], i) : FATE_OUTLINE;
         s->inner[i] = !(look.edge[i] > 0);
-        wide = wide || (s->fate[i] == FATE_USED && look.wide[i] > 0);
     }
+    take_disc(s, v, center.cos_i);
+    for (int i = 0; i < LANES; i++)
+        wide = wide || (s->fate[i] == FATE_USED && look.wide[i] > 0);
     if (wide)
         average(s, &p, look.wide);
     for (int i = 0; i < LANES && wide; i++)  // a mean may see it, or be lit, from behind

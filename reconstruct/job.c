@@ -44,12 +44,27 @@ static double detector_solid_angle(const struct job *j)
     return largest;
 }
 
+// The largest solid angle of a lamp's ball, seen from the sample; 0: points, or not known.
+static double lamp_solid_angle(const struct calibration *c)
+{
+    double largest = 0;
+    for (int v = 0; v < c->views; v++) {
+        const struct lamp *lamp = &c->lamp[c->view[v].light];
+        vec3 place = cal_lamp_position(lamp, c->view[v].view_from_world);
+        double sine = fmin(1, lamp->radius / vec3_length(vec3_sub(place, c->sample.center)));
+        double cosine = sqrt(1 - sine * sine);  // 1 - cos without cancellation
+        largest = fmax(largest, 2 * CAP_PI * sine * sine / (1 + cosine));
+    }
+    return largest;
+}
+
 static struct bins_about about_bins(const struct job *j)
 {
     return (struct bins_about){
         .version = "goniocam " GONIOCAM_VERSION,
         .input_hash = j->hash,
         .reference_albedo = j->capture.patches ? j->capture.patch[0].albedo : 0,
+        .lamp_solid_angle = lamp_solid_angle(&j->calibration),
         .detector_solid_angle = detector_solid_angle(j),
     };
 }

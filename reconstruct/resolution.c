@@ -5,16 +5,24 @@
  *           both ways, k the kurtosis of the spread, so that the rule is right to the fourth order:
  *           1.8 of an even one, 3 of a normal one, and between them for a photosite that a lens's
  *           blur widens. The model's f over its average so corrects the mean. It knows the lobe's
- * width only as well as the fit does: a fifth of the correction is taken for its sigma. Widen.    A
- * tilt of the normal by t moves f by t df/dtheta_h. Spread over the bin, f's mean is not f at the
- * centroid: the difference is half the second derivative times the spread squared, in each of the
- * angles. A bin's samples lie evenly over its widths at most: (width)^2 / 12; a single sample
- * spreads by nothing, two by half of that.
+ *           width only as well as the fit does: a fifth of the correction is taken for its sigma.
+ * Disc.     A lamp's disc spreads wi by s^2 each way. As dh = (dwi - h (h.dwi)) / |wi + wo| and
+ *           |wi + wo| = 2 cos(theta_d), h spreads by s^2/4 in the plane of incidence and by
+ *           s^2/(4 cos^2 theta_d) across it. That plane stands at phi_d to the one of n and h;
+ *           h's spread there is taken as the normal's, for f is a function of theta_h first of
+ *           all. A disc's kurtosis along an axis is 2. Fourth cumulants of independent spreads add.
+ * Widen.    A tilt of the normal by t moves f by t df/dtheta_h. Spread over the bin, f's mean is
+ *           not f at the centroid: the difference is half the second derivative times the spread
+ *           squared, in each of the angles. A bin's samples lie evenly over its widths at most:
+ *           (width)^2 / 12; a single sample spreads by nothing, two by half of that.
  */
 #include "reconstruct.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+// Of a correction, 1 sigma: what the fit does not know of the lobe's width.
+static const double DOUBT = 0.2;
 
 // The widths of a bin in theta_h, theta_d, phi_d.
 static void widths(double width[3], struct grid grid, int index)
@@ -61,18 +69,45 @@ static void eval_tilted(double f[3], const struct fit *fit, half_diff at, int ax
         fit->model->eval(fit->value, w[0], w[1], f);
 }
 
-// f [3] averaged over normals that spread by `spread` times what a photosite's do.
-static void blunt(double f[3], const struct bin *b, const struct fit *fit, const double level[3],
-                  double spread, double kurtosis)
+/** How normals spread along an axis. */
+typedef struct {
+    double variance, kurtosis;
+} spreading;
+
+static double square(double x)
 {
-    for (int c = 0; c < 3; c++)
-        f[c] = (1 - 2 / kurtosis) * level[c];
+    return x * x;
+}
+
+// Along axis 0 or 1, of a photosite's normals, `wider` times as much as they do, and the lamp's
+// disc.
+static spreading spread_along(const struct bin *b, int axis, double wider, double blur2)
+{
+    const double square_px = 1.0 / 12, excess_square = -1.2, excess_disc = -1;
+    const half_diff at = b->centroid;
+    double along = square(axis == 0 ? cos(at.phi_d) : sin(at.phi_d));
+    double across = fmax(square(cos(at.theta_d)), 0.01);  // at grazing angles f is no longer a peak
+    double disc = b->disc / 4 * (along + (1 - along) / across), normals = wider * b->spread[axis];
+    double even = b->spread[axis] * square_px / (square_px + blur2);
+    spreading all = {normals + disc, 3};
+    if (all.variance > 0)
+        all.kurtosis +=
+            (excess_square * square(even) + excess_disc * square(disc)) / square(all.variance);
+    return all;
+}
+
+// f [3] averaged over normals that spread by `wider` times what a photosite's do, and the disc.
+static void blunt(double f[3], const struct bin *b, const struct fit *fit, const double level[3],
+                  double wider, double blur2)
+{
+    memcpy(f, level, sizeof(double[3]));
     for (int axis = 0; axis < 2; axis++)
         for (int sign = -1; sign <= 1; sign += 2) {
-            double tilted[3] = {0}, tilt = sqrt(kurtosis * spread * b->spread[axis]);
+            spreading along = spread_along(b, axis, wider, blur2);
+            double tilted[3] = {0}, tilt = sqrt(along.kurtosis * along.variance);
             eval_tilted(tilted, fit, b->centroid, axis, sign * tilt);
             for (int c = 0; c < 3; c++)
-                f[c] += tilted[c] / (2 * kurtosis);
+                f[c] += (tilted[c] - level[c]) / (2 * along.kurtosis);
         }
 }
 
@@ -81,13 +116,12 @@ static double sharpen(struct bin *b, const struct fit *fit, double blur2)
     const double most = 0.5;  // beyond, the lobe is not resolved
     // A square's second moment is 1/12. A channel between neighbours is their mean, from one
     // photosite away each way (variance 1/2) or diagonally (1): 0.6 on average, each way.
-    const double square = 1.0 / 12, between = 0.6, all = square + blur2;
-    const double kurtosis = 3 - 1.2 * (square / all) * (square / all);
+    const double between = 0.6, all = 1.0 / 12 + blur2;
     double level[3] = {0}, own[3], lent[3], change = 0;
     eval_tilted(level, fit, b->centroid, 0, 0);
-    blunt(own, b, fit, level, 1, kurtosis);
+    blunt(own, b, fit, level, 1, blur2);
     if (b->lent[0] || b->lent[1] || b->lent[2])
-        blunt(lent, b, fit, level, (between + all) / all, kurtosis);
+        blunt(lent, b, fit, level, (between + all) / all, blur2);
     for (int c = 0; c < 3; c++) {
         double averaged = b->lent[c] ? lent[c] : own[c], before = b->sharpened[c];
         double ratio = averaged > 0 ? level[c] / averaged : 1;
@@ -107,6 +141,25 @@ double rec_bins_sharpen(struct bins *bins, const struct fit *fit)
     for (int i = 0; i < bins->count; i++)
         change = fmax(change, sharpen(&bins->bin[i], fit, bins->blur2));
     return change;
+}
+
+struct sharpening rec_bins_sharpening(const struct bins *bins)
+{
+    const double some = 0.01;
+    struct sharpening s = {0};
+    for (int i = 0; i < bins->count; i++) {
+        const struct bin *b = &bins->bin[i];
+        bool changed = false, uncertain = false;
+        for (int c = 0; c < 3; c++) {
+            double change = fabs(b->sharpened[c]), doubt = DOUBT * change * fabs(b->mean[c]);
+            changed = changed || change > some;
+            uncertain = uncertain || (change > some && 2 * square(doubt) > square(b->sigma[c]));
+            s.largest = fmax(s.largest, change);
+        }
+        s.bins += changed;
+        s.uncertain += uncertain;
+    }
+    return s;
 }
 
 static void align(struct bin *b, const struct fit *fit)
@@ -138,11 +191,6 @@ void rec_bins_align(struct bins *bins, const struct fit *fit)
             align(&bins->bin[i], fit);
 }
 
-static double square(double x)
-{
-    return x * x;
-}
-
 static void widen(struct bin *b, struct grid grid, const struct fit *fit)
 {
     double width[3], center[3] = {0};
@@ -151,7 +199,7 @@ static void widen(struct bin *b, struct grid grid, const struct fit *fit)
     eval_moved(center, fit, b->centroid, 0, 0);
     for (int c = 0; c < 3; c++)
         variance[c] = square(b->noise[c]) + square(b->mean[c] * b->systematic)
-                      + square(0.2 * b->sharpened[c] * b->mean[c]);
+                      + square(DOUBT * b->sharpened[c] * b->mean[c]);
     for (int k = 0; k < 3; k++) {
         double step = width[k] / 2, up[3] = {0}, down[3] = {0};
         double spread2 = width[k] * width[k] / 12 * (1 - 1.0 / b->count);

@@ -111,6 +111,14 @@ static json_t *interreflection(const struct run_story *s)
                      around->sigma_strength, "mean_part_of_radiance", mean);
 }
 
+// What the photosite, the lens and the lamp's disc blunted, and was undone.
+static json_t *resolution(const struct bins *bins)
+{
+    struct sharpening s = rec_bins_sharpening(bins);
+    return json_pack("{s:i, s:i, s:f}", "bins_corrected", s.bins, "mostly_uncertain_by_it",
+                     s.uncertain, "largest_relative", s.largest);
+}
+
 // What share of the light the lens spread, and was taken off: of the worst view.
 static json_t *glare(const struct calibration *c)
 {
@@ -121,14 +129,14 @@ static json_t *glare(const struct calibration *c)
 
 static json_t *story_json(const struct run_story *s)
 {
-    return json_pack("{s:s, s:o, s:s, s:o, s:o, s:i, s:o, s:o, s:o, s:i, s:f, s:s, s:o, s:o}",
-                     "version", GONIOCAM_VERSION, "options", options(s), "input_xxh3",
-                     s->input_hash, "stages", stages(s->run), "warnings", warnings(s->run), "shots",
-                     s->census->shots, "photosites", photosites(s->census), "interreflection",
-                     interreflection(s), "glare", glare(s->calibration), "measured_bins",
-                     s->bins->count, "median_relative_sigma", s->median_sigma, "best_fit",
-                     s->fits->fit[0].model->name, "checks", checks(s->checks), "patches",
-                     patches(s->layout));
+    return json_pack(
+        "{s:s, s:o, s:s, s:o, s:o, s:i, s:o, s:o, s:o, s:o, s:i, s:f, s:s, s:o, s:o}", "version",
+        GONIOCAM_VERSION, "options", options(s), "input_xxh3", s->input_hash, "stages",
+        stages(s->run), "warnings", warnings(s->run), "shots", s->census->shots, "photosites",
+        photosites(s->census), "interreflection", interreflection(s), "resolution",
+        resolution(s->bins), "glare", glare(s->calibration), "measured_bins", s->bins->count,
+        "median_relative_sigma", s->median_sigma, "best_fit", s->fits->fit[0].model->name, "checks",
+        checks(s->checks), "patches", patches(s->layout));
 }
 
 enum status rec_run_json(const struct run_story *story, const char *path, struct error *err)

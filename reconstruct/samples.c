@@ -271,6 +271,7 @@ reflectance_sample rec_strip_sample(const struct strip *s, int i)
         .systematic = s->systematic[i],
         .tilt = s->tilt[i],
         .spread = {s->spread[0][i], s->spread[1][i]},
+        .disc = s->disc[i],
         .weight = s->weight[i],
         .point = rec_lane(&s->point, i),
         .normal = rec_lane(&s->normal, i),

@@ -34,6 +34,7 @@ typedef struct {
     double systematic;  // 1 sigma of ln f at fixed angles
     double tilt;        // 1 sigma of theta_h
     double spread[2];   // variance of the normal over the photosite: towards h, across; rad^2
+    double disc;        // variance of wi over the lamp's disc, each way; rad^2
     double weight;      // (0, 1]; no function of this photosite's own noise
     double bounced[3];  // light that the lit board brought, taken out of f: over what is left
     vec3 point, normal, wi, wo;  // in the world

@@ -26,6 +26,7 @@ static const struct field {
     {"systematic", "1", "1 sigma of ln f that neighbours share: geometry, lamp", 1},
     {"tilt", "radians", "1 sigma of theta_h", 1},
     {"spread", "radians^2", "variance of the normal over the photosite: towards h, across", 2},
+    {"disc", "radians^2", "variance of wi over the lamp's disc, each way; 0: a point", 1},
     {"weight", "1", "in the bins' means", 1},
     {"bounced", "1", "light that the lit board brought, taken out of f: over what is left", 3},
     {"channel", "", "that a mosaic's photosite measured: 0 R, 1 G, 2 B; -1: all", 1},
@@ -61,6 +62,7 @@ static void fill_row(float *to, const reflectance_sample *s, int x, int y)
     to = put_values(to, s->noise, 3);
     to = put_values(to, (double[]){s->systematic, s->tilt}, 2);
     to = put_values(to, s->spread, 2);
+    to = put_values(to, &s->disc, 1);
     to = put_values(to, &s->weight, 1);
     to = put_values(to, s->bounced, 3);
     put_values(to, (double[]){s->channel}, 1);

@@ -10,7 +10,7 @@ struct samples_file {
     int64_t file;  // of HDF5
 };
 
-enum { SAMPLE_COLUMNS = 29, BLOCK_ROWS = 8192 };
+enum { SAMPLE_COLUMNS = 30, BLOCK_ROWS = 8192 };
 /** Samples of one shot on their way to the file. Owns row; {0} is empty; free(row). */
 struct sample_block {
     float (*row)[SAMPLE_COLUMNS];  // [BLOCK_ROWS]

@@ -20,6 +20,7 @@ enum term {
     T_W,
     T_SYSTEMATIC,
     T_TILT,
+    T_DISC,
     T_SPREAD,
     T_ANGLE = T_SPREAD + 2,
     T_F = T_ANGLE + 3,
@@ -76,6 +77,7 @@ WIDE static void make_terms(double (*term)[SHOT_TERMS], const struct strip *s)
         term[i][T_W] = w;
         term[i][T_SYSTEMATIC] = w * at_most(s->systematic[i], 1e3);
         term[i][T_TILT] = w * at_most(s->tilt[i], CAP_PI);
+        term[i][T_DISC] = w * at_most(s->disc[i], 1);
         term[i][T_SPREAD] = w * at_most(s->spread[0][i], 1);
         term[i][T_SPREAD + 1] = w * at_most(s->spread[1][i], 1);
         term[i][T_ANGLE] = w * s->theta_h[i];
@@ -155,7 +157,8 @@ static struct bin_sums exact(const struct shot_sums *s)
     struct bin_sums b = {.count = (int64_t)s->term[T_COUNT],
                          .w = rec_fix(s->term[T_W]),
                          .w_systematic = rec_fix(s->term[T_SYSTEMATIC]),
-                         .w_tilt = rec_fix(s->term[T_TILT])};
+                         .w_tilt = rec_fix(s->term[T_TILT]),
+                         .w_disc = rec_fix(s->term[T_DISC])};
     b.w_back = s->plane % 2 ? b.w : 0;
     for (int i = 0; i < 2; i++)
         b.w_spread[i] = rec_fix(s->term[T_SPREAD + i]);

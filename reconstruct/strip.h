@@ -20,6 +20,7 @@ struct strip {
     double irradiance[LANES];  // mean of cos(theta_i) / r^2, or of cos(theta_i)
     double curvature[LANES];   // of the surface, 1/mm
     double spread[2][LANES];   // variance of n over the photosite, rad^2: towards h, and across
+    double disc[LANES];        // variance of wi over the lamp's disc, rad^2 each way
     double theta_h[LANES], theta_d[LANES], phi_d[LANES];
     int bin[LANES];                         // rec_merl_index of these
     double systematic[LANES], tilt[LANES];  // see reflectance_sample, also for what follows

@@ -98,6 +98,8 @@ static void write_lights(struct yaml_out *out, const struct scene *scene)
                 cap_yaml_text(out, "name", scene->lamp[l].name);
                 if (scene->lamp[l].on_camera)
                     cap_yaml_text(out, "frame", "camera");
+                if (scene->lamp[l].radius > 0)
+                    cap_yaml_number(out, "radius", scene->lamp[l].radius);
                 cap_yaml_flow_list(out, "photos");
                 used = true;
             }

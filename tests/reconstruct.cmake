@@ -28,6 +28,7 @@ script_test(mpi)
 set_tests_properties(whole/identical whole/mpi PROPERTIES LABELS slow)  # not under sanitizers
 script_test(infinity)
 script_test(samples_file)
+script_test(bulb)
 
 add_executable(bench_samples bench/bench_samples.c)
 target_include_directories(bench_samples PRIVATE ${PROJECT_SOURCE_DIR}/reconstruct)

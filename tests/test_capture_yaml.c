@@ -127,6 +127,8 @@ static struct row {
     {"two lamps of one name",
      "goniocam: 1\nlights:\n- {name: a, photos: x*}\n- {name: a, photos: y*}\n", 4,
      "lights[1].name"},
+    {"a lamp of negative size", "goniocam: 1\nlights:\n- {name: a, photos: x*, radius: -3}\n", 3,
+     "lights[0].radius"},
     {"a lamp in no frame", "goniocam: 1\nlights:\n- {name: a, photos: x*, frame: moon}\n", 3,
      "'moon'"},
     {"a response that is no file", "goniocam: 1\nresponse: my.txt\n", 2, "my.txt"},
@@ -197,7 +199,7 @@ static void test_values_arrive(void **state)
         "  {id: 8, size: 20, center: [1, 2, 3], x_axis: [0, 1, 0], y_axis: [0, 0, 1]}]}\n"
         "sample: {shape: cylinder, radius: 25.0, height: 90, center: [0, 0, 60], axis: [0, 1, 0]}\n"
         "lights: [{name: a, photos: x*, frame: camera}, {name: b, photos: [y*, z*],\n"
-        "  position: [1, 2, 3]}]\n"
+        "  position: [1, 2, 3], radius: 12}]\n"
         "noise: {black: 64, gain: 2}\n";
     struct capture capture = {0};
     struct capture_yaml yaml = {0};
@@ -221,6 +223,8 @@ static void test_values_arrive(void **state)
     assert_false(capture.light[0].has_position);
     assert_true(capture.light[1].has_position);
     assert_near(capture.light[1].position.z, 3, 0);
+    assert_near(capture.light[0].radius, 0, 0);
+    assert_near(capture.light[1].radius, 12, 0);
     assert_near(capture.black, 64, 0);
     assert_near(capture.gain, 2, 0);
     assert_true(isnan(capture.white) && isnan(capture.read_noise));

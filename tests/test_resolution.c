@@ -92,6 +92,47 @@ static void test_a_blurred_highlight_comes_back(void **state)
     assert_near(rec_bins_sharpen(&bins, &fit), 0, 1e-9);
 }
 
+// The mean of the model over an evenly bright disc of directions to the lamp, seen from a place off
+// the mirror direction and out of the plane of incidence, comes back to the model at its middle.
+static void test_a_lamps_disc_comes_back(void **state)
+{
+    (void)state;
+    struct fit fit = fit_of("ggx");
+    for (int k = 0; k < 4; k++) {
+        half_diff at = {0.02 * k, 0.4 + 0.2 * k, 0.6 * k};
+        struct bin b = bin_at(at);
+        const double radius = 0.04;
+        double level[3], sum[3] = {0};
+        vec3 wi, wo;
+        rec_directions(at, &wi, &wo);
+        fit.model->eval(fit.value, wi, wo, level);
+        vec3 x = vec3_normalize(vec3_cross(wi, (vec3){0.3, 0.8, 0.1})), y = vec3_cross(wi, x);
+        int count = 0;
+        enum { N = 60 };
+        for (int i = -N; i <= N; i++)
+            for (int j = -N; j <= N; j++) {
+                double f[3], u = radius * i / N, v = radius * j / N;
+                if (i * i + j * j > N * N)
+                    continue;
+                vec3 in = vec3_add(wi, vec3_add(vec3_scale(x, u), vec3_scale(y, v)));
+                fit.model->eval(fit.value, vec3_normalize(in), wo, f);
+                for (int c = 0; c < 3; c++)
+                    sum[c] += f[c];
+                count++;
+            }
+        for (int c = 0; c < 3; c++)
+            b.mean[c] = sum[c] / count;
+        b.disc = radius * radius / 4;
+        struct bins bins = {.bin = &b, .count = 1};
+        double off = fabs(b.mean[0] / level[0] - 1);
+        rec_bins_sharpen(&bins, &fit);
+        assert_true(k > 0 || off > 0.03);  // there is something to undo
+        assert_near(b.mean[0] / level[0], 1, 0.002 + 0.1 * off);
+        if (k == 0)
+            assert_int_equal(rec_bins_sharpening(&bins).bins, 1);
+    }
+}
+
 static void test_a_matte_surface_has_nothing_to_sharpen(void **state)
 {
     (void)state;
@@ -131,6 +172,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_an_averaged_highlight_comes_back),
         cmocka_unit_test(test_a_blurred_highlight_comes_back),
+        cmocka_unit_test(test_a_lamps_disc_comes_back),
         cmocka_unit_test(test_a_matte_surface_has_nothing_to_sharpen),
         cmocka_unit_test(test_tilt_times_slope_enters_sigma),
     };

@@ -116,6 +116,38 @@ static void test_fates(void **state)
     free_scene(s);
 }
 
+// A ball for a lamp spreads wi by (a / 2r)^2 each way; where it has set in part, f is not measured.
+static void test_a_lamp_of_real_size(void **state)
+{
+    (void)state;
+    struct scene *s = make_scene("lambert", grey);
+    struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    const double radius = 40;
+    int set = 0;
+    shoot(s);
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            reflectance_sample a;
+            bool hit;
+            s->lamp.radius = 0;
+            if (sample_at(&a, &v, &s->map, x, y, &hit))
+                continue;
+            double r = vec3_length(vec3_sub(s->lamp.position, a.point));
+            double cos_i = vec3_dot(vec3_sub(s->lamp.position, a.point), a.normal) / r;
+            assert_near(a.disc, 0, 0);
+            s->lamp.radius = radius;
+            enum fate fate = sample_at(&a, &v, &s->map, x, y, &hit);
+            set += fate == FATE_TERMINATOR;
+            // Means over the photosite differ a little from its centre, which decides.
+            if (fabs(cos_i - radius / r) > 2e-3)
+                assert_int_equal(fate, cos_i < radius / r ? FATE_TERMINATOR : FATE_USED);
+            if (fate == FATE_USED)
+                assert_near(a.disc, radius * radius / (4 * r * r), 1e-4 * a.disc);
+        }
+    assert_true(set > 20);
+    free_scene(s);
+}
+
 // A step of the sphere, the lamp or the radius moves ln(cos/r^2) by its derivative: the sigma for
 // one direction at a time is the difference of two footprints.
 static double log_irradiance(struct scene *s, int x, int y)
@@ -306,6 +338,7 @@ int main(void)
         cmocka_unit_test(test_blur_is_averaged),
         cmocka_unit_test(test_gloss_comes_back_to_its_bend),
         cmocka_unit_test(test_fates),
+        cmocka_unit_test(test_a_lamp_of_real_size),
         cmocka_unit_test(test_systematic_errors_are_derivatives),
         cmocka_unit_test(test_errors_of_a_lamp_cancel),
         cmocka_unit_test(test_the_board_hides_what_is_behind_it),

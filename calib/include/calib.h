@@ -80,6 +80,7 @@ struct lamp {
     char *name;
     bool on_camera, at_infinity;
     vec3 position, direction;
+    double radius;        // of a point's ball, which is seen evenly bright, mm; 0: not known
     double intensity[3];  // or irradiance
     double sigma_position[3], sigma_direction[3], sigma_intensity[3];
     // Of position (at infinity: direction) and ln intensity, the mean of its channels: a lamp that

@@ -68,6 +68,7 @@ struct light_place {
     bool on_camera;     // frame: camera
     bool has_position;  // measured by hand
     vec3 position;
+    double radius;  // of the ball that shines, mm; 0: a point, or not known
 };
 
 /** How the numbers of encoded photographs become linear. */

@@ -36,6 +36,7 @@ struct bin {
     double systematic;        // relative: the part of sigma that is shared, at fixed angles
     double tilt;              // 1 sigma of theta_h
     double spread[2];  // variance of the normal over a photosite, towards h and across it, rad^2
+    double disc;       // variance of wi over the lamp's disc, each way, rad^2
 };
 
 /** The measured bins of a grid, by index. Owns bin; {0} is empty; release with rec_bins_free(). */
@@ -115,6 +116,13 @@ void rec_bins_align(struct bins *bins, const struct fit *fit);
  *  by f / (f so averaged) of a fit (method: resolution.c), in place of what an earlier call
  *  multiplied them by. Returns the largest change of a mean, in units of its noise. */
 double rec_bins_sharpen(struct bins *bins, const struct fit *fit);
+/** What it did, once sigma is complete: bins in which it changed a channel by more than 1 %, those
+ *  of them whose sigma it makes more than all else does, and the largest change. */
+struct sharpening {
+    int bins, uncertain;
+    double largest;
+};
+struct sharpening rec_bins_sharpening(const struct bins *bins);
 /** Complete bin.sigma with what a fit tells: errors of theta_h times the slope of f, the bend of f
  *  across the bin, and a fifth of what rec_bins_sharpen changes. */
 void rec_bins_widen(struct bins *bins, const struct fit *fit);
