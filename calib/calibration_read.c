@@ -254,8 +254,8 @@ static enum status take_light(struct lamp *lamp, struct light_node *node, struct
         return cap_fail(err, STATUS_FORMAT, "light %s: frame is world or camera, not '%s'",
                         node->name, node->frame);
     if (!(node->radius >= 0) || (distant && node->radius > 0))
-        return cap_fail(err, STATUS_FORMAT, "light %s: only a point has a radius, which is positive",
-                        node->name);
+        return cap_fail(err, STATUS_FORMAT,
+                        "light %s: only a point has a radius, which is positive", node->name);
     *lamp = (struct lamp){.at_infinity = distant,
                           .on_camera = node->frame && strcmp(node->frame, "camera") == 0};
     if (point) {

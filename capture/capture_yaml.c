@@ -70,9 +70,12 @@ static const cyaml_schema_field_t photos_fields[] = {
     LIST("pattern", NEED, yaml_photos, pattern, patterns, &text), CYAML_FIELD_END};
 
 static const cyaml_schema_field_t light_fields[] = {
-    TEXT("name", NEED, yaml_light, name), LIST("photos", NEED, yaml_light, photo, photos, &text),
-    TEXT("frame", MAY, yaml_light, frame), POINT("position", MAY, yaml_light, position),
-    NUMBER("radius", MAY, yaml_light, radius), CYAML_FIELD_END};
+    TEXT("name", NEED, yaml_light, name),
+    LIST("photos", NEED, yaml_light, photo, photos, &text),
+    TEXT("frame", MAY, yaml_light, frame),
+    POINT("position", MAY, yaml_light, position),
+    NUMBER("radius", MAY, yaml_light, radius),
+    CYAML_FIELD_END};
 static const cyaml_schema_value_t light = {
     CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct yaml_light, light_fields)};
 
