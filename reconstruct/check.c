@@ -9,32 +9,12 @@
  */
 #include "check.h"
 
+#include "albedo.h"
 #include "quantile.h"
 
 #include <stdlib.h>
 
 const double rec_check_angle[CHECK_ANGLES] = {0, 15, 30, 45, 60, 70, 75, 80, 83, 85, 88};
-
-void rec_brdf_albedo(double albedo[3], const struct brdf *brdf, double theta_i)
-{
-    enum { HALVES = 240, TURNS = 120 };
-    vec3 wi = {sin(theta_i), 0, cos(theta_i)};
-    albedo[0] = albedo[1] = albedo[2] = 0;
-    for (int i = 0; i < HALVES; i++)
-        for (int j = 0; j < TURNS; j++) {
-            double u = (i + 0.5) / HALVES, phi = (j + 0.5) / TURNS * CAP_PI, f[3];
-            double theta = u * u * CAP_PI / 2, d_theta = CAP_PI * u / HALVES;
-            vec3 m = {sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)};
-            double c = vec3_dot(wi, m);
-            vec3 wo = vec3_sub(vec3_scale(m, 2 * c), wi);
-            if (c <= 0 || wo.z <= 0 || wi.z <= 0)
-                continue;
-            rec_brdf_eval(brdf, wi, wo, f);
-            double solid = 4 * c * sin(theta) * d_theta * 2 * CAP_PI / TURNS;  // both sides
-            for (int k = 0; k < 3; k++)
-                albedo[k] += solid * f[k] * wo.z;
-        }
-}
 
 // Values are asked for at every sixth phi_d; whether there is one, at all.
 enum { PHI_STEP = 6 };

@@ -37,8 +37,5 @@ unsigned rec_check_verdict(const struct check *check);
 /** The verdict in words, a line for each thing that was looked at; or one JSON object. */
 void rec_check_print(const struct check *check, FILE *to);
 void rec_check_print_json(const struct check *check, FILE *to);
-/** Directional-hemispherical reflectance of any BRDF, [3]: the part of the light from theta_i that
- *  leaves. The sum is over half angles, closer together towards the normal, so that it resolves any
- *  highlight that a table does. */
-void rec_brdf_albedo(double albedo[3], const struct brdf *brdf, double theta_i);
+
 #endif

@@ -2,33 +2,28 @@
  *
  * Method.   The directional albedo is M + F, what measured and what filled bins return. Where it is
  *           above 1, F may be scaled by s = (1 - M)/F. A bin between theta_i and theta_o serves
- * both directions, and takes the smaller s of the two: f stays reciprocal, and F falls by s at
- *           least. Albedos are midpoint sums in steps of 1 degree, at every second degree.
+ *           both directions, and takes the smaller s of the two: f stays reciprocal, and F falls
+ *           by s at least. Albedos are summed at every second degree.
  */
 #include "conserve.h"
 
-enum { STEPS = 90, ANGLES = 46 };
+#include "hemisphere.h"
+
+enum { ANGLES = 46 };
 
 struct share {
+    const double *value;
+    const uint8_t *state;
     double measured[3], filled[3];
 };
 
-static struct share share_at(const double *value, const uint8_t *state, double theta_i)
+static void add(void *user, vec3 wi, vec3 wo, double weight)
 {
-    const double step = CAP_PI / 2 / STEPS;
-    struct share sum = {{0}, {0}};
-    vec3 wi = {sin(theta_i), 0, cos(theta_i)};
-    for (int t = 0; t < STEPS; t++)
-        for (int p = -2 * STEPS; p < 2 * STEPS; p++) {
-            double theta = (t + 0.5) * step, phi = (p + 0.5) * step;
-            vec3 wo = {sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)};
-            int bin = rec_merl_index(rec_half_diff(wi, wo));
-            double w = sin(theta) * cos(theta) * step * step;
-            double *to = state[bin] == BIN_EXTRAPOLATED ? sum.filled : sum.measured;
-            for (size_t c = 0; c < 3; c++)
-                to[c] += w * fmax(0, value[c * MERL_BINS + (size_t)bin]);
-        }
-    return sum;
+    struct share *s = user;
+    int bin = rec_merl_index(rec_half_diff(wi, wo));
+    double *to = s->state[bin] == BIN_EXTRAPOLATED ? s->filled : s->measured;
+    for (size_t c = 0; c < 3; c++)
+        to[c] += weight * fmax(0, s->value[c * MERL_BINS + (size_t)bin]);
 }
 
 // The scale at an angle: the smaller of the two beside it.
@@ -47,7 +42,8 @@ void rec_conserve(double *value, const uint8_t *state, int threads)
     for (int k = 0; k < ANGLES; k++) {
         // Not quite 90 degrees: there, nothing is above the horizon on the far side.
         double theta = fmin(89.5, 90.0 * k / (ANGLES - 1)) * CAP_PI / 180;
-        struct share s = share_at(value, state, theta);
+        struct share s = {.value = value, .state = state};
+        rec_hemisphere(theta, add, &s);
         for (int c = 0; c < 3; c++) {
             bool above = s.measured[c] + s.filled[c] > 1 && s.filled[c] > 0;
             scale[c][k] = above ? fmax(0, 1 - s.measured[c]) / s.filled[c] : 1;

@@ -1,4 +1,5 @@
 /* plot_coverage.c -- what was measured and what was filled; how much light leaves. */
+#include "albedo.h"
 #include "plot.h"
 
 #include <stdlib.h>
@@ -122,27 +123,7 @@ void rec_plot_coverage(struct pen *pen, const struct plot_source *s, point2 at, 
 
 // ---- albedo
 
-enum { ANGLES = 11, STEPS = 90 };
-
-// Midpoint sums over a hemisphere of 1 x 2 degree cells; of a table, its own.
-static void albedo_of(const struct brdf *brdf, double theta_i, double albedo[3])
-{
-    vec3 wi = {sin(theta_i), 0, cos(theta_i)};
-    albedo[0] = albedo[1] = albedo[2] = 0;
-    if (!brdf->model) {
-        rec_table_albedo(albedo, &brdf->table, theta_i);
-        return;
-    }
-    for (int t = 0; t < STEPS; t++)
-        for (int p = 0; p < STEPS; p++) {
-            double theta = (t + 0.5) * CAP_PI / 2 / STEPS, phi = (p + 0.5) * CAP_PI / STEPS, f[3];
-            vec3 wo = {sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)};
-            rec_brdf_eval(brdf, wi, wo, f);
-            for (int c = 0; c < 3; c++)
-                albedo[c] +=
-                    2 * f[c] * sin(theta) * cos(theta) * CAP_PI / 2 / STEPS * CAP_PI / STEPS;
-        }
-}
+enum { ANGLES = 18 };
 
 static void draw_albedo(struct pen *pen, const struct axes *axes, const struct brdf *brdf,
                         const bool channel[3], bool dashed)
@@ -151,7 +132,7 @@ static void draw_albedo(struct pen *pen, const struct axes *axes, const struct b
     for (int i = 0; i < ANGLES; i++) {
         double albedo[3];
         theta[i] = 85.0 * i / (ANGLES - 1);
-        albedo_of(brdf, theta[i] * CAP_PI / 180, albedo);
+        rec_brdf_albedo(albedo, brdf, theta[i] * CAP_PI / 180);
         for (int c = 0; c < 3; c++)
             value[c][i] = albedo[c];
     }

@@ -188,22 +188,6 @@ static void test_what_is_not_reciprocal_is_found(void **state)
     assert_true(rec_check_verdict(&check) & CHECK_RECIPROCITY);
 }
 
-// Lambert's is its parameter; a white GGX of width 0.01 loses what Smith's G takes: nothing here.
-static void test_albedo(void **state)
-{
-    (void)state;
-    struct brdf a = chalk(0.5);
-    struct brdf mirror = {.model = rec_model_find("ggx_schlick"),
-                          .value = {0, 0, 0, 1, 1, 1, 0.01, 1}};
-    double albedo[3];
-    for (double theta = 0; theta < 1.5; theta += 0.2) {
-        rec_brdf_albedo(albedo, &a, theta);
-        assert_near(albedo[1], 0.5, 0.004);  // cells that the horizon crosses
-    }
-    rec_brdf_albedo(albedo, &mirror, 0.3);
-    assert_near(albedo[1], 1, 0.003);
-}
-
 static int begin(void **state)
 {
     (void)state;
@@ -227,7 +211,6 @@ int main(void)
         cmocka_unit_test(test_picture_errors_follow_the_difference),
         cmocka_unit_test(test_only_measured_bins_count),
         cmocka_unit_test(test_what_is_not_reciprocal_is_found),
-        cmocka_unit_test(test_albedo),
     };
     memcpy(tests + ROWS, others, sizeof others);
     return cmocka_run_group_tests(tests, begin, end);

@@ -145,8 +145,8 @@ enum bin_status { BIN_IMPOSSIBLE, BIN_MEASURED, BIN_INTERPOLATED, BIN_EXTRAPOLAT
 enum status rec_fill(struct merl *merl, uint8_t *status, const struct bins *bins,
                      const struct fit *fit, struct run *run, struct error *err);
 
-/** Directional-hemispherical reflectance of a table, [3], by the midpoint rule in steps of half a
- *  degree: what part of the light from theta_i leaves the surface. */
+/** Directional-hemispherical reflectance of a table, [3], each bin holding one value: what part of
+ *  the light from theta_i leaves the surface. */
 void rec_table_albedo(double albedo[3], const struct merl *merl, double theta_i);
 
 /* ---- the whole job ----------------------------------------------------------------------------
