@@ -21,13 +21,14 @@ static void write_ranking(const struct report *r)
     fputs("</tbody></table></div>\n", r->to);
 }
 
-// One number with its standard deviation, 95 % within 1.96 of them.
-static void write_value(const struct report *r, double value, double sigma)
+// One number with its standard deviation, 95 % within 1.96 of them and where it is physical.
+static void write_value(const struct report *r, const struct parameter *p, double value,
+                        double sigma)
 {
     fprintf(r->to,
             "<td class=\"n\">%.5g <span class=\"pm\">&plusmn; %.1g</span><br><span class=\"pm\">"
             "%.5g &ndash; %.5g</span></td>",
-            value, sigma, value - 1.96 * sigma, value + 1.96 * sigma);
+            value, sigma, fmax(p->low, value - 1.96 * sigma), fmin(p->high, value + 1.96 * sigma));
 }
 
 static void write_parameters(const struct report *r, const struct fit *fit, bool open)
@@ -45,7 +46,7 @@ static void write_parameters(const struct report *r, const struct fit *fit, bool
     for (const struct parameter *p = fit->model->parameter; p->name; p++) {
         fprintf(r->to, "<tr><th scope=\"row\">%s</th>", p->name);
         for (int c = 0; c < p->size; c++, k++)
-            write_value(r, fit->value[k], fit->sigma[k]);
+            write_value(r, p, fit->value[k], fit->sigma[k]);
         for (int c = p->size; c < 3; c++)
             fputs("<td></td>", r->to);
         fputs("</tr>\n", r->to);

@@ -24,17 +24,25 @@ static vec3 joint_direction(const struct calibration *c, const struct lamp *lamp
 static const double label_drop[CUES] = {0, 14, -6, -6};
 static const enum ink cue_ink[CUES] = {INK_TEXT, INK_BLUE, INK_RED, INK_LAMP};
 
+// Half the side of the plot, degrees: every cue's dot lies in it, and the surest one's circle.
+static double widest_shown(const struct lamp *lamp, vec3 joint)
+{
+    double farthest = 0, surest = INFINITY;
+    for (int k = CUE_BOARD; k < CUES; k++) {
+        double off[2];
+        if (!(lamp->cue[k].sigma > 0))
+            continue;
+        offsets(joint, lamp->cue[k].direction, off);
+        farthest = fmax(farthest, fmax(fabs(off[0]), fabs(off[1])));
+        surest = fmin(surest, lamp->cue[k].sigma * 180 / CAP_PI);
+    }
+    return fmax(1.1 * farthest, farthest < surest ? 1.2 * surest : 0);
+}
+
 static void draw_cues(const struct report *r, const struct lamp *lamp, vec3 joint)
 {
     enum { SIZE = 260 };
-    double widest = 0.02;
-    for (int k = CUE_BOARD; k < CUES; k++)
-        if (lamp->cue[k].sigma > 0) {
-            double off[2];
-            offsets(joint, lamp->cue[k].direction, off);
-            widest = fmax(widest, fmax(fabs(off[0]), fabs(off[1]))
-                                      + 0.3 * lamp->cue[k].sigma * 180 / CAP_PI);
-        }
+    double widest = widest_shown(lamp, joint);
     char alt[200];
     snprintf(alt, sizeof alt, "Directions of lamp %s by each cue, about the joint answer.",
              lamp->name);
@@ -64,6 +72,22 @@ static void draw_cues(const struct report *r, const struct lamp *lamp, vec3 join
     rec_report_svg_end(r);
 }
 
+// One sigma of a lamp's place along the line to the sample, and across it in any one direction.
+static void along_and_across(const struct lamp *lamp, vec3 towards, double *along, double *across)
+{
+    const double u[3] = {towards.x, towards.y, towards.z};
+    const double *s = lamp->at_infinity ? lamp->sigma_direction : lamp->sigma_position;
+    double all = 0, line = 0;
+    for (int i = 0; i < 3; i++) {
+        all += s[i] * s[i];
+        for (int j = 0; j < 3; j++)
+            line += u[i] * u[j] * lamp->covariance[i][j];
+    }
+    line = line > 0 ? fmin(line, all) : all / 3;
+    *along = sqrt(line);
+    *across = sqrt((all - line) / 2);
+}
+
 static void write_cue(const struct report *r, const char *name, const double off[2], double sigma,
                       double distance, double sigma_distance)
 {
@@ -81,11 +105,11 @@ void rec_report_lamp(const struct report *r, const struct lamp *lamp)
 {
     const struct calibration *c = &r->calibration;
     vec3 joint = joint_direction(c, lamp);
-    const double none[2] = {0, 0},
-                 *s = lamp->at_infinity ? lamp->sigma_direction : lamp->sigma_position;
+    const double none[2] = {0, 0}, *s = lamp->sigma_position;
     double distance =
         lamp->at_infinity ? 0 : vec3_length(vec3_sub(lamp->position, c->sample.center));
-    double sigma = sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
+    double sigma = sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]), along, across;
+    along_and_across(lamp, joint, &along, &across);
     bool any = false;
     for (int k = CUE_BOARD; k < CUES; k++)
         any = any || lamp->cue[k].sigma > 0;
@@ -105,10 +129,10 @@ void rec_report_lamp(const struct report *r, const struct lamp *lamp)
           "distance, mm</th></tr></thead><tbody>\n",
           r->to);
     write_cue(r, "all together", none,
-              lamp->at_infinity ? sigma
-              : distance > 0    ? sigma / (sqrt(1.5) * distance)
+              lamp->at_infinity ? across
+              : distance > 0    ? across / distance
                                 : 0,
-              lamp->on_camera ? 0 : distance, sigma);
+              lamp->on_camera ? 0 : distance, along);
     for (int k = CUE_BOARD; k < CUES; k++) {
         double off[2];
         offsets(joint, lamp->cue[k].direction, off);
