@@ -55,8 +55,8 @@ enum status rec_least_squares(struct least_squares *problem, struct error *err)
         ceres::CauchyLoss cauchy(problem->scale > 0 ? problem->scale : 1);
         CubeRoot cube_root;
         ceres::LossFunction *loss = &cube_root;
-        if (problem->scale > 0)
-            loss = &cauchy;
+        if (problem->scale != 0)
+            loss = problem->scale > 0 ? &cauchy : nullptr;
         ceres::Problem::Options ownership;
         ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
         ceres::Problem ceres_problem(ownership);

@@ -18,7 +18,7 @@ struct least_squares {
     const double *low, *high;  // [size]
     double *parameters;        // [size]
     double cost;               // half the robust sum of squares
-    double scale;              // of |r|, where Cauchy's loss bends; 0: rho is the cube root
+    double scale;              // of |r|, where Cauchy's loss bends; 0: the cube root; < 0: none
     int points, residuals, size, iterations;
 };
 

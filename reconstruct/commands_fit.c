@@ -11,7 +11,7 @@
 
 const struct option rec_fit_options[] = {
     {"model", "LIST", "models, as ggx,lambert (default: all)", 'm'},
-    {"cost", "COST", "statistical (of OUT), log (of tables), cube-root or picture", 'c'},
+    {"cost", "COST", "statistical (of OUT), picture (of tables), log or cube-root", 'c'},
     {"per-channel", NULL, "a shape of its own in each channel: models NAME_rgb", 0},
     {"output", "FILE", "where to (default: fits.yaml in OUT, or beside the table)", 'o'},
     {0},
@@ -63,7 +63,7 @@ static bool cost_asked(enum fit_cost *cost, const struct arguments *args, bool t
 {
     static const char *const names[] = {"statistical", "log", "cube-root", "picture"};
     const char *name = cap_option(args, "cost");
-    *cost = table ? FIT_LOG : FIT_STATISTICAL;
+    *cost = table ? FIT_PICTURE : FIT_STATISTICAL;
     for (int k = 0; name && k < 4; k++)
         if (strcmp(name, names[k]) == 0) {
             *cost = (enum fit_cost)k;

@@ -43,36 +43,74 @@ void rec_fit_to_solver(const struct fit_model *f, const double *model, double *s
 
 double rec_fit_scale(enum fit_cost cost)
 {
-    return cost == FIT_CUBE_ROOT ? 0 : FIT_BEND;
+    return cost == FIT_CUBE_ROOT ? 0 : cost == FIT_PICTURE ? -1 : FIT_BEND;
 }
 
 double rec_fit_loss(enum fit_cost cost, double r2)
 {
     if (cost == FIT_CUBE_ROOT)
         return cbrt(r2 + CUBE_ROOT_EVEN * CUBE_ROOT_EVEN);
-    return log1p(r2 / (FIT_BEND * FIT_BEND));
+    return cost == FIT_PICTURE ? r2 : log1p(r2 / (FIT_BEND * FIT_BEND));
+}
+
+double rec_fit_cost(enum fit_cost cost, const double *r)
+{
+    double r2 = 0;
+    for (int k = 0; k < 3 * rec_fit_residuals(cost); k++)
+        r2 += r[k] * r[k];
+    return rec_fit_loss(cost, r2);
+}
+
+int rec_fit_residuals(enum fit_cost cost)
+{
+    return cost == FIT_PICTURE ? 2 : 1;
 }
 
 struct fit_value rec_fit_value(const struct fit_point *p, int channel)
 {
-    return (struct fit_value){p->f[channel], p->log_f[channel], p->sigma[channel], p->m,
-                              fmax(p->wi.z, p->wo.z)};
+    return (struct fit_value){p->f[channel], p->log_f[channel],      p->sigma[channel],
+                              p->m,          fmax(p->wi.z, p->wo.z), p->shown};
 }
 
-double rec_fit_miss(enum fit_cost cost, const struct fit_value *v, double fitted, double *by_f)
+// As a display shows a value: up to 1 as it is. Beyond, a share of all pictures are under dimmer
+// lamps, of every strength, and under windows and skies, which a lamp's highlight stands for.
+static double displayed(double x, double *by_x)
 {
-    if (cost == FIT_CUBE_ROOT) {
-        *by_f = -v->m;
-        return (v->f - fitted) * v->m;
-    }
+    const double beyond = 0.3;
+    *by_x = x < 1 ? 1 : beyond / x;
+    return x < 1 ? x : 1 + beyond * log(x);
+}
+
+// The logarithm's miss with Cauchy's bend within, so that no picture's dark parts are free; and the
+// picture's, in units of what is seen as a difference: 46 dB.
+static void miss_picture(const struct fit_value *v, double fitted, double r[2], double by_f[2])
+{
+    const double log_part = 0.6, picture_sigma = 0.005;
+    double by_log, plain, own, by_x, bright = CAP_PI * v->cosine;
+    rec_fit_miss(FIT_LOG, v, fitted, &plain, &by_log);
+    double bent2 = log1p(plain * plain / (FIT_BEND * FIT_BEND));
+    r[0] = log_part * FIT_BEND * copysign(sqrt(bent2), plain);
+    by_f[0] = log_part * by_log;
+    if (fabs(plain) > 1e-6)
+        by_f[0] *= log_part * plain / (r[0] * (1 + plain * plain / (FIT_BEND * FIT_BEND)));
+    double weight = v->shown / picture_sigma;
+    r[1] = weight * (displayed(bright * v->f, &own) - displayed(bright * fitted, &by_x));
+    by_f[1] = -weight * bright * by_x;
+}
+
+void rec_fit_miss(enum fit_cost cost, const struct fit_value *v, double fitted, double *r,
+                  double *by_f)
+{
     if (cost == FIT_PICTURE) {
-        double bright = CAP_PI * v->cosine, dark = 1 + bright * fitted;
-        *by_f = -bright / (dark * FIT_LOG_SIGMA);
-        return log((1 + bright * fmax(0, v->f)) / dark) / FIT_LOG_SIGMA;
+        miss_picture(v, fitted, r, by_f);
+    } else if (cost == FIT_CUBE_ROOT) {
+        *by_f = -v->m;
+        *r = (v->f - fitted) * v->m;
+    } else {
+        double sigma = cost == FIT_LOG ? FIT_LOG_SIGMA : v->sigma;
+        *by_f = -v->m / ((fitted * v->m + FIT_DARK) * sigma);
+        *r = (v->log_f - rec_fit_log(fitted, v->m)) / sigma;
     }
-    double sigma = cost == FIT_LOG ? FIT_LOG_SIGMA : v->sigma;
-    *by_f = -v->m / ((fitted * v->m + FIT_DARK) * sigma);
-    return (v->log_f - rec_fit_log(fitted, v->m)) / sigma;
 }
 
 // Derivatives of f by the solver's parameters, [3][size], by differences.
@@ -100,7 +138,7 @@ void rec_fit_residual(const void *context, int i, const double *solver, double *
 {
     const struct fit_model *f = context;
     const struct fit_point *p = &f->points[f->pick[i]];
-    double fitted[3], value[MODEL_PARAMETERS_MAX], by_f;
+    double fitted[3], value[MODEL_PARAMETERS_MAX];
     rec_fit_to_model(f, solver, value);
     if (slope && f->model->slopes) {
         f->model->slopes(value, p->wi, p->wo, fitted, slope);
@@ -112,10 +150,15 @@ void rec_fit_residual(const void *context, int i, const double *solver, double *
         if (slope)
             take_differences(f, p, solver, fitted, slope);
     }
-    for (int c = 0; c < 3; c++) {
+    const int each = rec_fit_residuals(f->cost), size = f->size;
+    for (int c = 2; c >= 0; c--) {  // from the last: rows of slope move apart
         struct fit_value v = rec_fit_value(p, c);
-        r[c] = rec_fit_miss(f->cost, &v, fitted[c], &by_f);
-        for (int k = 0; slope && k < f->size; k++)
-            slope[c * f->size + k] *= by_f;
+        double by_f[2] = {0, 0};
+        rec_fit_miss(f->cost, &v, fitted[c], &r[c * each], by_f);
+        for (int k = 0; slope && k < size; k++) {
+            double by_parameter = slope[c * size + k];
+            for (int j = each - 1; j >= 0; j--)
+                slope[(c * each + j) * size + k] = by_f[j] * by_parameter;
+        }
     }
 }

@@ -23,18 +23,24 @@ struct fit_model rec_fit_model(const struct model *model, const struct fit_point
                                enum fit_cost cost);
 /** One channel of a point; the residual of a value fitted to it, and its derivative by that. */
 struct fit_value {
-    double f, log_f, sigma, m, cosine;  // cosine: the larger one
+    double f, log_f, sigma, m, cosine, shown;
 };
 struct fit_value rec_fit_value(const struct fit_point *p, int channel);
-double rec_fit_miss(enum fit_cost cost, const struct fit_value *v, double fitted, double *by_f);
-/** What one point costs, of the square of its residuals. */
+/** r and by_f are [rec_fit_residuals(cost)]. */
+void rec_fit_miss(enum fit_cost cost, const struct fit_value *v, double fitted, double *r,
+                  double *by_f);
+/** How many residuals a channel has: 1 or 2. */
+int rec_fit_residuals(enum fit_cost cost);
+/** What one point costs, of the sum of its squared residuals. */
 double rec_fit_loss(enum fit_cost cost, double r2);
-/** struct least_squares' scale: FIT_BEND, or 0. */
+/** The same of the residuals of all three channels. */
+double rec_fit_cost(enum fit_cost cost, const double *r);
+/** struct least_squares' scale. */
 double rec_fit_scale(enum fit_cost cost);
 /** The model's parameters from the solver's, and back. */
 void rec_fit_to_model(const struct fit_model *f, const double *solver, double *model);
 void rec_fit_to_solver(const struct fit_model *f, const double *model, double *solver);
-/** Residuals r[3] at pick[i] and, where not NULL, slopes [3][size], by the model's own
+/** Residuals r[3 or 6] at pick[i] and, where not NULL, slopes [3 or 6][size], by the model's own
  *  derivatives or by differences. The signature is struct least_squares'; context is a struct
  * fit_model. */
 void rec_fit_residual(const void *context, int i, const double *solver, double *r, double *slope);

@@ -64,11 +64,29 @@ static int quota_of(const int *have, int wanted)
     return low;
 }
 
-static struct fit_point point_of(const struct bin *b)
+// Of all pictures of a sphere under one lamp, the bin's share of their pixels: per solid angle of h
+// and of d, and as the pixel is foreshortened. Lamps stand before the sphere, and as seen from
+// there in proportion to their cosine; few stand beside or behind it. By reciprocity a bin is seen
+// in two ways. Where nothing is clipped both together weigh this much times the brighter one
+// squared.
+static double shown(const struct bin *b, const struct fit_point *p)
+{
+    const double aside = 0.05;
+    half_diff at = b->centroid;
+    double width = sqrt(at.theta_h);  // as bins are
+    double lamps = fmax(aside, cos(2 * at.theta_d));
+    double bright = fmax(p->wi.z, p->wo.z), dim = fmin(p->wi.z, p->wo.z);
+    return width * sin(at.theta_h) * sin(at.theta_d) * cos(at.theta_d) * lamps * dim
+           * (1 + dim / bright);
+}
+
+// stands_for: so many bins of its stratum.
+static struct fit_point point_of(const struct bin *b, double stands_for)
 {
     struct fit_point p = {.tilt = b->tilt, .held = held_out(b->index)};
     rec_directions(b->centroid, &p.wi, &p.wo);
     p.m = p.wi.z * p.wo.z;
+    p.shown = stands_for * shown(b, &p);
     for (int c = 0; c < 3; c++) {
         p.f[c] = b->mean[c];
         p.log_f[c] = rec_fit_log(b->mean[c], p.m);
@@ -77,6 +95,16 @@ static struct fit_point point_of(const struct bin *b)
         p.systematic[c] = by_f * fabs(b->mean[c]) * b->systematic;
     }
     return p;
+}
+
+// From shares to roots of shares, in units of the mean share.
+static void level_shown(struct fit_point *p, int count)
+{
+    double sum = 0;
+    for (int i = 0; i < count; i++)
+        sum += p[i].shown;
+    for (int i = 0; i < count; i++)
+        p[i].shown = sum > 0 ? sqrt(p[i].shown * count / sum) : 1;
 }
 
 enum status rec_fit_points(struct fit_point **points, int *count, const struct bins *bins,
@@ -103,8 +131,9 @@ enum status rec_fit_points(struct fit_point **points, int *count, const struct b
         int give = have[s] < quota ? have[s] : quota;
         // The k-th of `have` is taken where k give / have steps to the next whole number.
         if ((int64_t)(k + 1) * give / have[s] > (int64_t)k * give / have[s])
-            p[n++] = point_of(&bins->bin[i]);
+            p[n++] = point_of(&bins->bin[i], (double)have[s] / give);
     }
+    level_shown(p, n);
     *points = p;
     *count = n;
     return STATUS_OK;

@@ -12,6 +12,7 @@ struct fit_point {
     double log_f[3];       // ln(f m + e)
     double sigma[3];       // of the residual: the measurement, and what any model is allowed
     double systematic[3];  // of log_f: the part that all bins share
+    double shown;          // root of its share of lit spheres' pictures over the mean share
     double tilt;           // 1 sigma of theta_h
     bool held;             // out of the fit, to judge it by
 };

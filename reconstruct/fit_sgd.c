@@ -73,14 +73,16 @@ static void residual(const void *context, int i, const double *v, double *r, dou
     struct channel *c = (struct channel *)(uintptr_t)context;  // its memory of the last place
     const struct seen *s = &c->seen[i];
     normalise(c, v);
-    double f = value_of(v, c->kap[0], s), by_f;
-    *r = rec_fit_miss(c->cost, &s->of, f, &by_f);
+    double f = value_of(v, c->kap[0], s), by_f[2];
+    rec_fit_miss(c->cost, &s->of, f, r, by_f);
     for (int k = 0; slope && k < CHANNEL; k++) {
         double moved[CHANNEL];
         memcpy(moved, v, sizeof moved);
         moved[k] += step;
         double kap = c->kap[k == LN_ALPHA ? 1 : k == P ? 2 : 0];
-        slope[k] = by_f * (value_of(moved, kap, s) - f) / step;
+        double by_parameter = (value_of(moved, kap, s) - f) / step;
+        for (int j = 0; j < rec_fit_residuals(c->cost); j++)
+            slope[j * CHANNEL + k] = by_f[j] * by_parameter;
     }
 }
 
@@ -95,7 +97,7 @@ static enum status descend(struct channel *c, int points, int iterations, double
         .parameters = v,
         .scale = rec_fit_scale(c->cost),
         .points = points,
-        .residuals = 1,
+        .residuals = rec_fit_residuals(c->cost),
         .size = CHANNEL,
         .iterations = iterations,
     };
@@ -140,9 +142,9 @@ static double complete(struct channel *c, int points, double *v)
     v[F0] = fmin(1, x[1] / v[RHO_S]);
     v[F1] = 0;
     for (int i = 0; i < points; i++) {
-        double r;
-        residual(c, i, v, &r, NULL);
-        cost += rec_fit_loss(c->cost, r * r);
+        double r[2] = {0, 0};
+        residual(c, i, v, r, NULL);
+        cost += rec_fit_loss(c->cost, r[0] * r[0] + r[1] * r[1]);
     }
     return cost;
 }

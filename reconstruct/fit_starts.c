@@ -190,9 +190,9 @@ static void weigh(struct search *s, double *value)
     find_colours(s->f, s->picked, value, s->colour, s->colours);
     rec_fit_to_solver(s->f, value, solver);
     for (int i = 0; i < s->picked; i++) {
-        double r[3];
+        double r[6];
         rec_fit_residual(s->f, i, solver, r, NULL);
-        cost += rec_fit_loss(s->f->cost, r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
+        cost += rec_fit_cost(s->f->cost, r);
     }
     if (!isfinite(cost))
         return;

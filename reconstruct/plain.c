@@ -91,7 +91,7 @@ static enum status fit(struct plain *p, const struct brdf *brdf, struct run *run
     rec_merl_free(&table);
     if (!status) {
         thin(&bins, 23);
-        status = rec_fit(&fits, &bins, models, 3, run, err);
+        status = rec_fit_by(&fits, &bins, FIT_PICTURE, models, 3, run, err);
     }
     if (!status)
         from_fits(p, &fits);

@@ -59,7 +59,7 @@ enum fit_cost {
     FIT_STATISTICAL,  // ln((f m + e)/(f' m + e)) in units of its sigma, Cauchy's loss
     FIT_LOG,          // the same with one sigma for all
     FIT_CUBE_ROOT,    // |(f - f') m|^(2/3)
-    FIT_PICTURE       // ln((1 + pi f c)/(1 + pi f' c)), c the larger cosine: as a display clips
+    FIT_PICTURE       // what lit spheres' pictures show, lamps anywhere in front, with some FIT_LOG
 };
 
 /** A model fitted to bins. */

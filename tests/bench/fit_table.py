@@ -25,7 +25,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--models", default="sgd,ggx2")
-    parser.add_argument("--cost", default="log", choices=COSTS, help="as goniocam fit's; default log, as of tables")
+    parser.add_argument("--cost", default="picture", choices=COSTS, help="as goniocam fit's; default picture, as of tables")
     parser.add_argument("--build", default=os.path.join(TOP, "build/release"))
     parser.add_argument("--data", default=os.path.join(TOP, "../shared/data/sgd_abc.json"))
     parser.add_argument("--rows", action="store_true", help="every material's figures too")
