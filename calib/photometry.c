@@ -397,8 +397,8 @@ enum status cal_sample_facets(struct facets *facets, const struct radiance *map,
     if (!sample_range(c, view, map, range, &look.radius_px))
         return STATUS_OK;
     int side = (int)ceil(sqrt(CAP_PI * look.radius_px * look.radius_px / wanted));
-    if (*map->cfa)
-        side += side % 2;  // whole cells of the mosaic
+    int cell = *map->cfa ? cap_cfa_side(map->cfa) : 1;
+    side = (side + cell - 1) / cell * cell;  // whole cells of a mosaic
     for (int y = range[1]; y + side <= range[3] + 1; y += side)
         for (int x = range[0]; x + side <= range[2] + 1; x += side) {
             struct facet facet = {.view = v, .material = MATERIAL_SAMPLE};

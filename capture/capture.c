@@ -162,6 +162,11 @@ static enum status read_photos(struct capture *capture, struct run *run, struct 
             free(capture->photo[i].name);
             missing++;
         } else {
+            if (capture->photo[i].decoded)
+                cap_warn(run,
+                         "%s: a file of 16 bits that says it is gamma encoded (a chunk gAMA or "
+                         "sRGB): it is made linear by that; take the chunk out if it is not true",
+                         capture->photo[i].name);
             capture->photo[kept] = capture->photo[i];
             capture->photo[kept++].missing = missing;
             missing = 0;

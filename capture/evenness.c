@@ -1,10 +1,10 @@
 /* evenness.c -- how unequal the photosites of a sensor are, and which of them are dead.
  *
  * Method.   Of an evenly lit surface, a photosite and the mean of its two neighbours of the same
- *           channel differ by d, whose variance is 1.5 times that of one: photon and read noise,
- *           which are known, and (r x)^2 of the photosites' unequal response (PRNU). Vignetting is
- *           no matter: over three photosites it is a line. What lies outside its four neighbours by
- *           a quarter of their light is no photosite to measure with.
+ *           channel in its row differ by d, whose variance is 1.5 times that of one: photon and
+ *           read noise, which are known, and (r x)^2 of the photosites' unequal response (PRNU).
+ *           Vignetting is no matter: over three photosites it is a line. What lies outside its four
+ *           neighbours by a quarter of their light is no photosite to measure with.
  * Accuracy. r^2 of N photosites of relative noise s is good to about s^2 sqrt(2 / N): 0.01 % for
  *           s of 1 % and a megapixel. Pictures that were demosaiced show less of it, as they have
  *           less of it.
@@ -23,10 +23,27 @@ static const double UNEQUAL_MAX =
 
 static int channel_at(int i, int y, const char *cfa)
 {
-    if (!*cfa)
-        return i % 3;
-    char letter = cfa[2 * (y % 2) + i % 2];
-    return letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
+    return *cfa ? cap_cfa_channel(cfa, i, y) : i % 3;
+}
+
+/* The next value of the row in the same channel, to the right (way 1) or left (-1); -1: none. */
+static int next_of(int i, int way, int count, int y, const char *cfa)
+{
+    int step = *cfa ? 1 : 3, c = channel_at(i, y, cfa);
+    for (i += way * step; i >= 0 && i < count; i += way * step)
+        if (channel_at(i, y, cfa) == c)
+            return i;
+    return -1;
+}
+
+/* Two on either side of value i: far left, left, right, far right. false: the row ends there. */
+static bool find_neighbours(int at[4], int i, int count, int y, const char *cfa)
+{
+    at[1] = next_of(i, -1, count, y, cfa);
+    at[2] = next_of(i, 1, count, y, cfa);
+    at[0] = at[1] < 0 ? -1 : next_of(at[1], -1, count, y, cfa);
+    at[3] = at[2] < 0 ? -1 : next_of(at[2], 1, count, y, cfa);
+    return at[0] >= 0 && at[3] >= 0;
 }
 
 static enum status note_defect(struct evenness *e, size_t at, struct error *err)
@@ -46,13 +63,14 @@ enum status evenness_add(struct evenness *to, struct evenness_sums *sums, const 
                          int count, int y, const char *cfa, const struct sensor *sensor,
                          struct error *err)
 {
-    const int step = *cfa ? 2 : 3;
-    for (int i = 2 * step; i < count - 2 * step; i++) {
-        int c = channel_at(i, y, cfa);
-        double x = row[i], left = row[i - step], right = row[i + step], mean = (left + right) / 2;
+    for (int i = 0; i < count; i++) {
+        int at[4], c = channel_at(i, y, cfa);
+        if (!find_neighbours(at, i, count, y, cfa))
+            continue;
+        double x = row[i], left = row[at[1]], right = row[at[2]], mean = (left + right) / 2;
         double read2 = sensor->read_noise[c] * sensor->read_noise[c];
         double noise = read2 + fmax(mean, 0) / sensor->gain[c], d = x - mean;
-        double far = row[i - 2 * step], near = row[i + 2 * step];
+        double far = row[at[0]], near = row[at[3]];
         double low = fmin(fmin(left, right), fmin(far, near));
         double high = fmax(fmax(left, right), fmax(far, near));
         double off = x < low ? low - x : x > high ? x - high : 0;

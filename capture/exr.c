@@ -89,7 +89,7 @@ static int count_names(const exr_attr_chlist_t *channels, const char *const *nam
 }
 
 /* 3, or 1 with the mosaic's cfa; 0: not our form. */
-static int our_channels(exr_context_t file, char cfa[5])
+static int our_channels(exr_context_t file, char cfa[CFA_SIZE])
 {
     exr_storage_t storage;
     const exr_attr_chlist_t *channels;
@@ -102,16 +102,16 @@ static int our_channels(exr_context_t file, char cfa[5])
     if (count_names(channels, rgb_names, 6) == 6)
         return 3;
     if (count_names(channels, mosaic_names, 2) != 2
-        || exr_attr_get_string(file, 0, EXR_CFA, &length, &text) || !text || strlen(text) != 4
-        || strspn(text, "RGB") != 4)
+        || exr_attr_get_string(file, 0, EXR_CFA, &length, &text) || !text
+        || !cap_cfa_is_valid(text))
         return 0;
-    snprintf(cfa, 5, "%s", text);
+    snprintf(cfa, CFA_SIZE, "%s", text);
     return 1;
 }
 
 /* No compression of EXR's packs more than a deflate stream's 1032 to 1: a header that promises more
  * than that is damaged, and the memory it asks for is not worth trying. */
-static bool can_hold(const char *path, size_t bytes)
+bool exr_can_hold(const char *path, size_t bytes)
 {
     struct stat about;
     return stat(path, &about) == 0 && bytes / 1032 <= (size_t)about.st_size;
@@ -131,7 +131,7 @@ static enum status read_open_file(struct radiance *map, exr_context_t file, cons
     made.width = box.max.x - box.min.x + 1;
     made.height = box.max.y - box.min.y + 1;
     size_t count = (size_t)made.channels * (size_t)made.width * (size_t)made.height;
-    if (!can_hold(path, 2 * count * sizeof(float)))
+    if (!exr_can_hold(path, 2 * count * sizeof(float)))
         return cap_fail(err, STATUS_FORMAT, "%s: shorter than its %d x %d pixels", path, made.width,
                         made.height);
     made.value = malloc(count * sizeof *made.value);
@@ -175,7 +175,7 @@ bool exr_made_from(const char *path, const char *inputs)
     exr_context_t file = NULL;
     int32_t length = 0;
     const char *text = NULL;
-    char cfa[5];
+    char cfa[CFA_SIZE];
     bool same = exr_start_read(&file, path, &init) == EXR_ERR_SUCCESS && our_channels(file, cfa) > 0
                 && exr_attr_get_string(file, 0, inputs_attribute, &length, &text) == EXR_ERR_SUCCESS
                 && strcmp(text, inputs) == 0;

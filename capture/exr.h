@@ -4,7 +4,7 @@
 
 #include "capture.h"
 
-#define EXR_CFA "cfa"  // attribute of a mosaic: "RGGB"
+#define EXR_CFA "cfa"  // attribute of a mosaic: its cell, "RGGB"
 
 /** What a map's file tells besides pixels; texts may be NULL. */
 struct exr_header {

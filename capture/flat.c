@@ -201,22 +201,32 @@ bool flat_fit_image(struct flat *flat, const float *image, int width, int height
     return ok;
 }
 
-/* One row of a mosaic, added to the cells' image [width/2][3]; a cell has one R, two G, one B. */
+/* Row y of a mosaic, added to the means of its cells, an image [width / side][3]. */
 static void add_mosaic_row(float *cells, const float *row, int width, const char *cfa, int y)
 {
-    for (int x = 0; x < width / 2 * 2; x++) {
-        char letter = cfa[2 * (y % 2) + x % 2];
-        int c = letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
-        cells[3 * (x / 2) + c] += row[x] * (c == 1 ? 0.5f : 1);
+    int side = cap_cfa_side(cfa);
+    float count[3] = {0};
+    for (int k = 0; k < side * side; k++)
+        count[cap_cfa_channel(cfa, k % side, k / side)]++;
+    for (int x = 0; x < width / side * side; x++) {
+        int c = cap_cfa_channel(cfa, x, y);
+        cells[3 * (x / side) + c] += row[x] / count[c];
     }
 }
 
-/* The flat frame, less black: [height][width][3], of a mosaic [height/2][width/2][3]. */
+/* Photosites along a side of what becomes one pixel of the flat's image. */
+static int cell_of(const struct photo *info)
+{
+    return info->channels == 1 ? cap_cfa_side(info->cfa) : 1;
+}
+
+/* The flat frame, less black: [height / cell][width / cell][3]. */
 static enum status read_image(float **image, struct photo_file *file, const struct sensor *sensor,
                               const struct curve *curve, struct error *err)
 {
     const struct photo *info = &file->info;
-    bool mosaic = info->channels == 1;
+    const bool mosaic = info->channels == 1;
+    const int cell = cell_of(info);
     size_t width = (size_t)info->width, count = (size_t)info->channels * width, saturated = 0;
     float *row = malloc(count * sizeof *row);
     float *made = calloc(3 * width * (size_t)info->height, sizeof *made);
@@ -224,15 +234,14 @@ static enum status read_image(float **image, struct photo_file *file, const stru
     for (int y = 0; y < info->height && !status; y++) {
         status = photo_read(file, row, 1, err);
         for (size_t i = 0; i < count && !status; i++) {
-            char letter = mosaic ? info->cfa[2 * (y % 2) + (int)(i % 2)] : 0;
-            size_t c = !mosaic ? i % 3 : letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
+            size_t c = mosaic ? (size_t)cap_cfa_channel(info->cfa, (int)i, y) : i % 3;
             float dn = info->encoded ? curve->dn[c][(unsigned char)row[i]] : row[i];
             saturated += (double)dn >= sensor->usable[c];
             row[i] = dn - (float)sensor->black[c];
         }
-        if (!status && mosaic && y < info->height / 2 * 2)
-            add_mosaic_row(made + (size_t)(y / 2) * (width / 2) * 3, row, info->width, info->cfa,
-                           y);
+        if (!status && mosaic && y < info->height / cell * cell)
+            add_mosaic_row(made + (size_t)(y / cell) * (size_t)(info->width / cell) * 3, row,
+                           info->width, info->cfa, y);
         else if (!status && !mosaic)
             memcpy(made + (size_t)y * count, row, count * sizeof *row);
     }
@@ -258,7 +267,7 @@ static bool to_photosites(struct flat *flat, int width, int height)
 }
 
 enum status flat_fit(struct flat *flat, const struct capture *capture, const struct sensor *sensor,
-                     const struct curve *curve, int camera, char cfa[5], struct error *err)
+                     const struct curve *curve, int camera, char cfa[CFA_SIZE], struct error *err)
 {
     const struct camera_kind *kind = &capture->camera[camera];
     struct photo_file *file = NULL;
@@ -274,13 +283,13 @@ enum status flat_fit(struct flat *flat, const struct capture *capture, const str
                           path, file->info.width, file->info.height, kind->width, kind->height);
     if (!status)
         status = read_image(&image, file, sensor, curve, err);
-    int cell = !status && file->info.channels == 1 ? 2 : 1;
+    int cell = status ? 1 : cell_of(&file->info);
     if (!status && !flat_fit_image(&made, image, kind->width / cell, kind->height / cell))
         status = cap_fail(err, STATUS_DATA, "%s: the flat frame is too dark or too small", path);
-    if (!status && cell == 2 && !to_photosites(&made, kind->width, kind->height))
+    if (!status && cell > 1 && !to_photosites(&made, kind->width, kind->height))
         status = cap_fail(err, STATUS_MEMORY, "%s", path);
     if (!status) {
-        memcpy(cfa, file->info.cfa, 5);
+        memcpy(cfa, file->info.cfa, CFA_SIZE);
         *flat = made;
         made = (struct flat){0};  // the caller's now
     }

@@ -19,7 +19,7 @@ void flat_free(struct flat *flat);
  *  mosaic, or "".
  *  STATUS_IO, STATUS_FORMAT; STATUS_DATA: another size, saturated, dark. */
 enum status flat_fit(struct flat *flat, const struct capture *capture, const struct sensor *sensor,
-                     const struct curve *curve, int camera, char cfa[5], struct error *err);
+                     const struct curve *curve, int camera, char cfa[CFA_SIZE], struct error *err);
 /** row[width][3] of the model at row y; all three channels also of a mosaic. */
 void flat_row(const struct flat *flat, int y, float *row);
 /** The model of an image [height][width][3] itself, of any scale; false: not positive. */

@@ -121,10 +121,8 @@ static void apply_flat(const struct frames *frames, struct merge_row *row, int y
 {
     float *scale = room, *flat = room + row->count;  // of a mosaic, three channels a photosite
     flat_row(&frames->flat, y, flat);
-    for (int x = 0; *frames->cfa && x < row->count; x++) {
-        char letter = frames->cfa[2 * (y % 2) + x % 2];
-        flat[x] = flat[3 * x + (letter == 'R' ? 0 : letter == 'G' ? 1 : 2)];
-    }
+    for (int x = 0; *frames->cfa && x < row->count; x++)
+        flat[x] = flat[3 * x + cap_cfa_channel(frames->cfa, x, y)];
     row->scale = scale;
     merge_row_scale(row, flat);
 }

@@ -13,7 +13,7 @@ struct frames {
     bool has_flat;
     struct flat flat;
     struct evenness evenness;  // of the flat frame
-    char cfa[5];
+    char cfa[CFA_SIZE];
     struct stack dark, ambient;
     double dark_level[3], dark_noise2[3];  // DN; variance of a photosite of the mean, DN^2
     double pattern2[3];                    // variance of dark photosites about their level, DN^2

@@ -69,7 +69,7 @@ enum status cap_info(const char *path, bool json, FILE *to, struct error *err)
     put_text(&p, "taken", info->taken);
     put_number(&p, "width", info->width, true);
     put_number(&p, "height", info->height, true);
-    put_number(&p, "channels", info->channels, true);
+    put_number(&p, "channels", info->gray ? 1 : info->channels, true);
     put_number(&p, "bits", info->bits, true);
     put_text(&p, "cfa", info->cfa);
     put_number(&p, "black", info->black, !isnan(info->black));

@@ -1,4 +1,5 @@
-/* jpeg_read.c -- JPEG photographs through libjpeg-turbo, their EXIF through exif_read.c.
+/* jpeg_read.c -- JPEG photographs through libjpeg-turbo, their EXIF through exif_read.c; baseline
+ * or progressive, colour or gray.
  *
  * libjpeg goes on after a file ends early, with grey, and only warns: here such warnings are
  * errors, for a grey half is no measurement. Its errors leave by longjmp.
@@ -69,8 +70,8 @@ static enum status begin(struct jpeg_file *file, struct error *err)
     jpeg_stdio_src(&file->jpeg, file->stream);
     jpeg_save_markers(&file->jpeg, EXIF_MARKER, MARKER_BYTES);
     jpeg_read_header(&file->jpeg, TRUE);
-    if (file->jpeg.num_components != 3)
-        return fail(file, err, "not an RGB image");
+    if (file->jpeg.num_components != 3 && file->jpeg.num_components != 1)
+        return fail(file, err, "the colours of print (CMYK), not RGB; save it as RGB");
     read_exif(file);
     file->jpeg.out_color_space = JCS_RGB;
     jpeg_start_decompress(&file->jpeg);
@@ -78,6 +79,7 @@ static enum status begin(struct jpeg_file *file, struct error *err)
     info->width = (int)file->jpeg.output_width;
     info->height = (int)file->jpeg.output_height;
     info->channels = 3;
+    info->gray = file->jpeg.num_components == 1;
     info->bits = 8;
     info->encoded = true;
     file->line = malloc(3 * (size_t)info->width);
@@ -109,22 +111,14 @@ static void close_file(struct photo_file *base)
     if (file->stream)
         fclose(file->stream);
     free(file->line);
-    free(base->path);
-    free(file);
 }
 
 enum status jpeg_open(struct photo_file **opened, const char *path, struct error *err)
 {
     static const struct photo_format format = {read_rows, close_file};
-    struct jpeg_file *file = calloc(1, sizeof *file);
-    char *copy = strdup(path);
-    if (!file || !copy) {
-        free(file);
-        free(copy);
-        return cap_fail(err, STATUS_MEMORY, "%s", path);
-    }
-    file->base = (struct photo_file){
-        .format = &format, .path = copy, .info = photo_unknown(), .rows_at_once = 1};
+    struct jpeg_file *file = photo_begin(sizeof *file, &format, path, err);
+    if (!file)
+        return STATUS_MEMORY;
     file->jpeg.err = jpeg_std_error(&file->errors);
     file->jpeg.client_data = file;
     file->errors.error_exit = leave_with_message;
@@ -133,9 +127,5 @@ enum status jpeg_open(struct photo_file **opened, const char *path, struct error
     file->stream = fopen(path, "rb");
     enum status status =
         file->stream ? begin(file, err) : cap_fail(err, STATUS_IO, "%s: %s", path, strerror(errno));
-    if (status)
-        close_file(&file->base);
-    else
-        *opened = &file->base;
-    return status;
+    return photo_opened(opened, &file->base, status);
 }

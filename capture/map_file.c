@@ -50,12 +50,13 @@ static float stored(const struct radiance *map, int x, int y, int plane)
 static float between(const struct radiance *map, int x, int y, int c)
 {
     float sum = 0, count = 0;
-    for (int v = y > 0 ? y - 1 : 0; v <= y + 1 && v < map->height; v++)
-        for (int u = x > 0 ? x - 1 : 0; u <= x + 1 && u < map->width; u++)
-            if (cap_radiance_channel(map, u, v) == c) {
-                sum += stored(map, u, v, 0);
-                count++;
-            }
+    for (int reach = 1; count == 0 && reach <= cap_cfa_side(map->cfa); reach++)
+        for (int v = y > reach ? y - reach : 0; v <= y + reach && v < map->height; v++)
+            for (int u = x > reach ? x - reach : 0; u <= x + reach && u < map->width; u++)
+                if (cap_radiance_channel(map, u, v) == c) {
+                    sum += stored(map, u, v, 0);
+                    count++;
+                }
     return count > 0 ? sum / count : 0;
 }
 

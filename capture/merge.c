@@ -50,8 +50,7 @@ static int channel_of(size_t i, const char *cfa, int y)
 {
     if (!cfa || !*cfa)
         return (int)(i % 3);
-    char letter = cfa[2 * (y % 2) + (int)(i % 2)];
-    return letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
+    return cap_cfa_channel(cfa, (int)i, y);
 }
 
 enum status merge_row_make(struct merge_row *row, const struct sensor *sensor, int width,

@@ -17,7 +17,7 @@ struct merge_row {
     float *full;       // 1 / (white - black)
     float *scale;      // DN per second to radiance; full at first
 };
-/** For 3 channels, or for the row y (its parity matters) of a mosaic: cfa "RGGB". */
+/** For 3 channels, or for the row y of a mosaic: its cell is cfa, "RGGB". */
 enum status merge_row_make(struct merge_row *row, const struct sensor *sensor, int width,
                            const char *cfa, int y, struct error *err);
 void merge_row_free(struct merge_row *row);

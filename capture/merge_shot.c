@@ -16,7 +16,8 @@
 /* What a thread needs for a band. */
 struct worker {
     struct bracket bracket;
-    struct merge_row row[2];  // of even and odd rows, which differ in a mosaic
+    struct merge_row row[CFA_SIDE_MAX];  // [sides] of the rows of a mosaic's cell, which differ
+    int sides;
     float *value, *variance;  // [rows][count]
     float *room;              // [rows][frames_room()]
     float *chi2, *freedom;    // [rows][count] of encoded photographs: blocks.h; else NULL
@@ -32,7 +33,8 @@ static enum status worker_open(struct worker *w, const struct job *job, const st
                                     learned->encoded ? &learned->curve : NULL};
     *w = (struct worker){0};
     enum status status = bracket_open(&w->bracket, &choice, 0, bad, err);
-    for (int k = 0; k < 2 && !status; k++)
+    w->sides = *photo->cfa ? cap_cfa_side(photo->cfa) : 1;
+    for (int k = 0; k < w->sides && !status; k++)
         status = merge_row_make(&w->row[k], &learned->sensor, header->width, photo->cfa, k, err);
     if (status)
         return status;
@@ -54,8 +56,8 @@ static enum status worker_open(struct worker *w, const struct job *job, const st
 static void worker_close(struct worker *w)
 {
     bracket_close(&w->bracket);
-    merge_row_free(&w->row[0]);
-    merge_row_free(&w->row[1]);
+    for (int k = 0; k < w->sides; k++)
+        merge_row_free(&w->row[k]);
     free(w->value);
     free(w->variance);
     free(w->room);
@@ -67,7 +69,7 @@ static void worker_close(struct worker *w)
 /* Row y of the image, the k-th of what was read. */
 static void merge_line(const struct worker *w, const struct frames *frames, int y, int k)
 {
-    struct merge_row row = w->row[y % 2];
+    struct merge_row row = w->row[y % w->sides];
     size_t count = (size_t)row.count, at = (size_t)k * count;
     const float *dn[BRACKET_FRAMES_MAX];
     for (int f = 0; f < w->bracket.frames; f++)

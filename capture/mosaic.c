@@ -14,20 +14,27 @@ int cap_radiance_channel(const struct radiance *map, int x, int y)
 {
     if (!*map->cfa)
         return -1;
-    char letter = map->cfa[2 * (y % 2) + x % 2];
-    return letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
+    return cap_cfa_channel(map->cfa, x, y);
 }
 
-/* Mean of channel c over the photosites next to (x, y): 2 by 2 cells hold all channels. */
+bool cap_cfa_is_valid(const char *cfa)
+{
+    size_t size = strlen(cfa);
+    return (size == 4 || size == 16 || size == 36 || size == 64) && strspn(cfa, "RGB") == size;
+}
+
+/* Mean of channel c over the photosites next to (x, y): those of Bayer's and of X-Trans cells have
+ * all channels among them, but not always at the image's border. */
 static float nearby(const struct radiance *mosaic, int x, int y, int c)
 {
     float sum = 0, count = 0;
-    for (int v = y > 0 ? y - 1 : 0; v <= y + 1 && v < mosaic->height; v++)
-        for (int u = x > 0 ? x - 1 : 0; u <= x + 1 && u < mosaic->width; u++)
-            if (cap_radiance_channel(mosaic, u, v) == c) {
-                sum += mosaic->value[(size_t)v * mosaic->width + u];
-                count++;
-            }
+    for (int reach = 1; count == 0 && reach <= cap_cfa_side(mosaic->cfa); reach++)
+        for (int v = y > reach ? y - reach : 0; v <= y + reach && v < mosaic->height; v++)
+            for (int u = x > reach ? x - reach : 0; u <= x + reach && u < mosaic->width; u++)
+                if (cap_radiance_channel(mosaic, u, v) == c) {
+                    sum += mosaic->value[(size_t)v * mosaic->width + u];
+                    count++;
+                }
     return count > 0 ? sum / count : 0;
 }
 

@@ -26,24 +26,108 @@ struct step {
     double x, y, sigma;
 };
 
+/* Photosites of one channel on a square grid, `pitch` pixels apart: in a mosaic those of its cell
+ * that repeat in the shortest steps, every 2 of Bayer's, every 3 of X-Trans's green ones. */
+struct grid {
+    int channel, pitch, width, rows;
+    size_t *site;     // [rows][width] of a band, among the channel's photosites there
+    size_t per_band;  // photosites of the channel in a band
+};
+
+/* Are all photosites that lie whole steps of pitch from (x, y) of its channel? */
+static bool repeats(const char *cfa, int x, int y, int pitch)
+{
+    int side = cap_cfa_side(cfa), c = cap_cfa_channel(cfa, x, y);
+    for (int v = y; v < y + side * pitch; v += pitch)
+        for (int u = x; u < x + side * pitch; u += pitch)
+            if (cap_cfa_channel(cfa, u, v) != c)
+                return false;
+    return true;
+}
+
+/* The first place (*x, *y) from which a channel repeats in steps of pitch. */
+static bool find_place(int *x, int *y, const char *cfa, int channel, int pitch)
+{
+    for (*y = 0; *y < pitch; ++*y)
+        for (*x = 0; *x < pitch; ++*x)
+            if ((channel < 0 || cap_cfa_channel(cfa, *x, *y) == channel)
+                && repeats(cfa, *x, *y, pitch))
+                return true;
+    return false;
+}
+
+/* false: out of memory. */
+static bool fill_grid(struct grid *grid, const struct sample_set *set, int left, int top)
+{
+    const int p = grid->pitch;
+    grid->width = (set->width - left + p - 1) / p;
+    grid->rows = (set->rows - top + p - 1) / p;
+    grid->site = calloc((size_t)grid->width * (size_t)grid->rows + 1, sizeof *grid->site);
+    size_t *next = grid->site;
+    for (int y = 0; grid->site && y < set->rows; y++)
+        for (int x = 0; x < set->width; x++) {
+            if (*set->cfa && cap_cfa_channel(set->cfa, x, y) != grid->channel)
+                continue;
+            if (x % p == left && y % p == top)
+                *next++ = grid->per_band;
+            grid->per_band++;
+        }
+    return grid->site != NULL;
+}
+
+/* Red and blue where they are as dense as any; else whatever is densest. */
+static int make_grids(struct grid grid[2], const struct sample_set *set)
+{
+    int pitch = 1, x = 0, y = 0, grids = 0;
+    while (*set->cfa && !find_place(&x, &y, set->cfa, -1, pitch))
+        pitch++;
+    int densest = *set->cfa ? cap_cfa_channel(set->cfa, x, y) : 0;
+    for (int c = 0; c < 3; c += 2) {
+        grid[grids] = (struct grid){.channel = c, .pitch = pitch};
+        if (*set->cfa && !find_place(&x, &y, set->cfa, c, pitch))
+            continue;
+        grids += fill_grid(&grid[grids], set, x, y);
+    }
+    if (grids == 0 && *set->cfa && find_place(&x, &y, set->cfa, densest, pitch)) {
+        grid[0] = (struct grid){.channel = densest, .pitch = pitch};
+        grids = fill_grid(&grid[0], set, x, y);
+    }
+    return grids;
+}
+
 /* Normal equations for (u, v, k, s, q); m in parts of the range. */
 enum { UNKNOWNS = 5 };
 struct equations {
     double a[UNKNOWNS][UNKNOWNS], b[UNKNOWNS], rest2, count;
 };
 
-static void add_channel(struct equations *e, const struct bracket_sample *s, int from, int to,
-                        double black, double range, int width, int rows)
+static void add_site(struct equations *e, const double m[5], double d, double range)
 {
-    double scale = s->time[to] / s->time[from];
-    size_t bands = s->photosites / ((size_t)width * (size_t)rows);
-    const float *da = s->dn[from], *db = s->dn[to];
-    for (size_t k = 0; k < bands * (size_t)rows; k++) {
-        if ((int)(k % (size_t)rows) == 0 || (int)(k % (size_t)rows) == rows - 1)
+    double part = m[0] / range;
+    double term[UNKNOWNS] = {0.5 * (m[2] - m[1]), 0.5 * (m[4] - m[3]), 1, part, part * part};
+    double w = 1 / m[0];  // photon noise
+    for (int i = 0; i < UNKNOWNS; i++) {
+        e->b[i] += w * term[i] * d;
+        for (int j = 0; j <= i; j++)
+            e->a[i][j] += w * term[i] * term[j];
+    }
+    e->rest2 += w * d * d;
+    e->count++;
+}
+
+static void add_grid(struct equations *e, const struct bracket_sample *s, const struct grid *grid,
+                     int from, int to, double black, double range)
+{
+    const double scale = s->time[to] / s->time[from];
+    const size_t width = (size_t)grid->width, bands = s->photosites / grid->per_band;
+    for (size_t k = 0; k < bands * (size_t)grid->rows; k++) {
+        const size_t row = k % (size_t)grid->rows, first = k / (size_t)grid->rows * grid->per_band;
+        const float *da = s->dn[from] + first, *db = s->dn[to] + first;
+        if (row == 0 || row + 1 == (size_t)grid->rows)
             continue;
-        for (int x = 1; x < width - 1; x++) {
-            size_t at = k * (size_t)width + (size_t)x;
-            const size_t near[5] = {at, at - 1, at + 1, at - (size_t)width, at + (size_t)width};
+        for (size_t x = 1; x + 1 < width; x++) {
+            const size_t *at = grid->site + row * width + x;
+            const size_t near[5] = {*at, at[-1], at[1], *(at - width), at[width]};
             double m[5];
             bool good = true;
             for (int i = 0; i < 5; i++) {
@@ -51,34 +135,31 @@ static void add_channel(struct equations *e, const struct bracket_sample *s, int
                 good = good && b < 0.9 * range && b > 0.02 * range;
                 m[i] = 0.5 * (scale * a + b);
             }
-            if (!good)
-                continue;
-            double part = m[0] / range;
-            double term[UNKNOWNS] = {0.5 * (m[2] - m[1]), 0.5 * (m[4] - m[3]), 1, part,
-                                     part * part};
-            double d = (double)db[at] - black - scale * ((double)da[at] - black);
-            double w = 1 / m[0];  // photon noise
-            for (int i = 0; i < UNKNOWNS; i++) {
-                e->b[i] += w * term[i] * d;
-                for (int j = 0; j <= i; j++)
-                    e->a[i][j] += w * term[i] * term[j];
-            }
-            e->rest2 += w * d * d;
-            e->count++;
+            if (good)
+                add_site(e, m, (double)db[*at] - black - scale * ((double)da[*at] - black), range);
         }
     }
 }
 
+/* Where steps are looked for. */
+struct look {
+    const struct sample_set *set;
+    const struct sensor *sensor;
+    struct grid grid[2];
+    int grids;
+};
+
 /* false: nothing tells. */
-static bool measure_step(struct step *step, const struct sample_set *set, int sample, int from,
-                         int to, const struct sensor *sensor)
+static bool measure_step(struct step *step, const struct look *look, int sample, int from, int to)
 {
     enum { COUNT_MIN = 1000 };
     struct equations e = {0};
-    for (int c = 0; c < 3; c += 2) {  // red and blue: of a mosaic, they are on square grids
+    for (int k = 0; k < look->grids; k++) {
+        const struct sensor *sensor = look->sensor;
+        const int c = look->grid[k].channel;
         double range = fmin(sensor->usable[c], sensor->white[c]) - sensor->black[c];
-        add_channel(&e, &set->channel[c][sample], from, to, sensor->black[c], range, set->width,
-                    set->rows);
+        add_grid(&e, &look->set->channel[c][sample], &look->grid[k], from, to, sensor->black[c],
+                 range);
     }
     double a[UNKNOWNS * UNKNOWNS], x[UNKNOWNS], energy = fmin(e.a[0][0], e.a[1][1]);
     memcpy(a, e.a, sizeof a);
@@ -89,8 +170,8 @@ static bool measure_step(struct step *step, const struct sample_set *set, int sa
     for (int i = 0; i < UNKNOWNS; i++)
         explained += x[i] * e.b[i];
     double variance = fmax(e.rest2 - explained, 0) / e.count;
-    *step =
-        (struct step){-x[0] * set->pitch, -x[1] * set->pitch, sqrt(variance / energy) * set->pitch};
+    const int pitch = look->grid[0].pitch;
+    *step = (struct step){-x[0] * pitch, -x[1] * pitch, sqrt(variance / energy) * pitch};
     return true;
 }
 
@@ -108,8 +189,7 @@ static void join(struct groups *g, int frames, int i, int j)
             g->group[f] = to;
 }
 
-static struct groups find_groups(const struct sample_set *set, int sample, int frames,
-                                 const struct sensor *sensor)
+static struct groups find_groups(const struct look *look, int sample, int frames)
 {
     struct groups g = {{0}, {0}};
     for (int f = 0; f < frames; f++)
@@ -117,14 +197,14 @@ static struct groups find_groups(const struct sample_set *set, int sample, int f
     for (int f = 1; f < frames; f++) {
         struct step step = {0};
         // Frames that cannot be compared stand together: nothing speaks against it.
-        bool told = measure_step(&step, set, sample, f - 1, f, sensor);
+        bool told = measure_step(&step, look, sample, f - 1, f);
         g.step[f] = hypot(step.x, step.y);
         if (!told || g.step[f] < step_limit + 6 * step.sigma)
             join(&g, frames, f - 1, f);
     }
     for (int f = 2; f < frames; f++) {
         struct step step;
-        if (g.group[f] != g.group[f - 2] && measure_step(&step, set, sample, f - 2, f, sensor)
+        if (g.group[f] != g.group[f - 2] && measure_step(&step, look, sample, f - 2, f)
             && hypot(step.x, step.y) < step_limit + 6 * step.sigma)
             join(&g, frames, f - 2, f);
     }
@@ -142,12 +222,12 @@ static int size_of(const struct groups *g, int frames, int group)
 void moved_find(bool *left_out, const struct capture *capture, const struct sample_set *set,
                 const struct sensor *sensor, struct run *run)
 {
-    if (set->rows < 3)
-        return;
+    struct look look = {.set = set, .sensor = sensor};
+    look.grids = make_grids(look.grid, set);
     for (int k = 0; k < set->samples; k++) {
         const struct bracket_sample *s = &set->channel[0][k];
         int frames = s->frames < 64 ? s->frames : 64, home = 0;
-        struct groups g = find_groups(set, k, frames, sensor);
+        struct groups g = find_groups(&look, k, frames);
         for (int f = 1; f < frames; f++)  // of equals the longer exposures, which say more
             if (size_of(&g, frames, g.group[f]) >= size_of(&g, frames, g.group[home]))
                 home = f;
@@ -162,4 +242,6 @@ void moved_find(bool *left_out, const struct capture *capture, const struct samp
                      capture->photo[s->photo[f]].name, step, capture->shot[s->shot].name);
         }
     }
+    for (int k = 0; k < look.grids; k++)
+        free(look.grid[k].site);
 }

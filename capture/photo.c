@@ -3,6 +3,7 @@
 
 #include <assert.h>
 #include <errno.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* A TIFF may be a raw file: DNG, NEF, CR2, ARW, ... have its structure. The name decides then. */
@@ -42,9 +43,15 @@ enum status photo_open(struct photo_file **file, const char *path, struct error 
     bool tiff = memcmp(magic, "II*\0", 4) == 0 || memcmp(magic, "MM\0*", 4) == 0
                 || memcmp(magic, "II+\0", 4) == 0 || memcmp(magic, "MM\0+", 4) == 0;
     // A file whose name is no TIFF's may be a raw one nevertheless, or a TIFF with an odd name.
-    if (!tiff || (has_raw_name(path) && raw_open(file, path, NULL) == STATUS_OK))
-        return tiff ? STATUS_OK : raw_open(file, path, err);
-    return tiff_open(file, path, err);
+    struct error raw = {0};
+    if (!tiff || has_raw_name(path))
+        if (raw_open(file, path, &raw) == STATUS_OK)
+            return STATUS_OK;
+    struct error plain = {0};
+    if (tiff && tiff_open(file, path, &plain) == STATUS_OK)
+        return STATUS_OK;
+    return cap_fail(err, raw.status ? raw.status : plain.status, "%s",
+                    *raw.text ? raw.text : plain.text);
 }
 
 struct photo photo_unknown(void)
@@ -66,8 +73,38 @@ enum status photo_skip(struct photo_file *file, int rows, struct error *err)
     return photo_read(file, NULL, rows, err);
 }
 
+void *photo_begin(size_t size, const struct photo_format *format, const char *path,
+                  struct error *err)
+{
+    struct photo_file *file = calloc(1, size);
+    char *copy = strdup(path);
+    if (!file || !copy) {
+        free(file);
+        free(copy);
+        cap_fail(err, STATUS_MEMORY, "%s", path);
+        return NULL;
+    }
+    file->format = format;
+    file->path = copy;
+    file->info = photo_unknown();
+    file->rows_at_once = 1;
+    return file;
+}
+
+enum status photo_opened(struct photo_file **opened, struct photo_file *file, enum status status)
+{
+    if (status)
+        photo_close(file);
+    else
+        *opened = file;
+    return status;
+}
+
 void photo_close(struct photo_file *file)
 {
-    if (file)
-        file->format->close(file);
+    if (!file)
+        return;
+    file->format->close(file);
+    free(file->path);
+    free(file);
 }

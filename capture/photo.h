@@ -9,6 +9,7 @@ struct photo_file;
 struct photo_format {
     /** The rows from file->row on, [rows][width][channels]; dn NULL: skip. */
     enum status (*read)(struct photo_file *file, float *dn, int rows, struct error *err);
+    /** Release what is the format's own. */
     void (*close)(struct photo_file *file);
 };
 
@@ -22,10 +23,10 @@ struct photo_file {
     bool any_row;      // rows can be passed over without decoding them
 };
 
-/** Open a photograph and read what it says of itself: TIFF (8, 16 bits or float, RGB), PNG (8 or
- *  16 bits, RGB), JPEG (RGB), EXR (RGB, or a mosaic Y with its cfa), or what LibRaw takes for a raw
- *  file. On success end with photo_close(). STATUS_IO; STATUS_FORMAT where it is no such
- *  photograph, or the file is shorter than it says. */
+/** Open a photograph and read what it says of itself: TIFF (8, 16 bits, half or float), PNG, JPEG,
+ *  EXR, RGB or gray (which stands in all three channels), EXR also a mosaic Y with its cfa; or what
+ *  LibRaw takes for a raw file. On success end with photo_close(). STATUS_IO; STATUS_FORMAT where
+ *  it is no such photograph, or the file is shorter than it says. */
 enum status photo_open(struct photo_file **file, const char *path, struct error *err);
 /** The next rows, at most those that are left: DN as they are in integer files (codes where they
  *  are encoded), 65535 times the number in float files; NaN becomes infinite, as if saturated.
@@ -37,8 +38,14 @@ void photo_close(struct photo_file *file);
 
 /** What a photograph is before its file is read: nothing is known. */
 struct photo photo_unknown(void);
+/** Begin to open: `size` bytes, 0 but for the struct photo_file that they begin with. NULL: out of
+ *  memory, told. */
+void *photo_begin(size_t size, const struct photo_format *format, const char *path,
+                  struct error *err);
+/** End it: the caller's, or closed where status is not OK. Returns status. */
+enum status photo_opened(struct photo_file **opened, struct photo_file *file, enum status status);
 
-// The formats. They own file->path once they succeed.
+// The formats.
 enum status tiff_open(struct photo_file **file, const char *path, struct error *err);
 enum status jpeg_open(struct photo_file **file, const char *path, struct error *err);
 enum status png_open(struct photo_file **file, const char *path, struct error *err);

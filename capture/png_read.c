@@ -1,9 +1,11 @@
-/* png_read.c -- PNG photographs through libpng: RGB, 8 or 16 bits, not interlaced.
+/* png_read.c -- PNG photographs through libpng: RGB, gray or of a palette, not interlaced.
  *
- * libpng's errors leave by longjmp. 8-bit files are taken for encoded, 16-bit ones for linear, as
- * TIFF files are; gAMA and colour chunks are not looked at.
+ * libpng's errors leave by longjmp. Files of 8 bits and less are taken for encoded, 16-bit ones for
+ * linear, as TIFF files are, unless they say themselves that they are not: by a chunk sRGB, or by
+ * gAMA, the power of linear light that their numbers are. Those are made linear here.
  */
 #include "photo.h"
+#include "response.h"
 
 #include <errno.h>
 #include <png.h>
@@ -16,7 +18,7 @@ struct png_file {
     png_infop info;
     FILE *stream;
     png_bytep line;
-    int samples;  // a pixel in the file; the first three are R, G, B
+    float *linear;  // [65536] DN of 16-bit codes that are encoded; else NULL
     char message[200];
 };
 
@@ -37,6 +39,55 @@ static enum status fail(struct png_file *file, struct error *err, const char *wh
     return cap_fail(err, STATUS_FORMAT, "%s: %s", file->base.path, what);
 }
 
+/* Any colour becomes three numbers of 8 or 16 bits. */
+static void ask_for_rgb(struct png_file *file)
+{
+    struct photo *info = &file->base.info;
+    int type = png_get_color_type(file->png, file->info);
+    info->gray = !(type & PNG_COLOR_MASK_COLOR);
+    if (type == PNG_COLOR_TYPE_PALETTE)
+        png_set_palette_to_rgb(file->png);
+    if (info->gray && png_get_bit_depth(file->png, file->info) < 8)
+        png_set_expand_gray_1_2_4_to_8(file->png);
+    if (info->gray)
+        png_set_gray_to_rgb(file->png);
+    png_set_strip_alpha(file->png);
+    if (png_get_bit_depth(file->png, file->info) == 16)
+        png_set_swap(file->png);
+    png_read_update_info(file->png, file->info);
+}
+
+/* The power of linear light that the codes are; 1 where nothing says so, 0: sRGB's curve. */
+static double stated_gamma(const struct png_file *file)
+{
+    int intent;
+    double gamma = 1;
+    if (png_get_sRGB(file->png, file->info, &intent))
+        return 0;
+    // Powers near 1 are rounding; beyond reason, nobody meant it.
+    if (!png_get_gAMA(file->png, file->info, &gamma) || fabs(gamma - 1) < 0.01
+        || !(gamma > 0.1 && gamma < 10))
+        return 1;
+    return gamma;
+}
+
+static enum status make_linear(struct png_file *file, struct error *err)
+{
+    enum { CODES = 65536 };
+    double gamma = stated_gamma(file);
+    if (file->base.info.bits != 16 || gamma == 1)
+        return STATUS_OK;
+    file->base.info.decoded = true;
+    file->linear = malloc(CODES * sizeof *file->linear);
+    if (!file->linear)
+        return cap_fail(err, STATUS_MEMORY, "%s", file->base.path);
+    for (int code = 0; code < CODES; code++) {
+        double v = code / 65535.0;
+        file->linear[code] = (float)(65535 * (gamma > 0 ? pow(v, 1 / gamma) : response_srgb(v)));
+    }
+    return STATUS_OK;
+}
+
 static enum status begin(struct png_file *file, struct error *err)
 {
     if (setjmp(png_jmpbuf(file->png)))
@@ -44,26 +95,32 @@ static enum status begin(struct png_file *file, struct error *err)
     png_init_io(file->png, file->stream);
     png_read_info(file->png, file->info);
     struct photo *info = &file->base.info;
-    int type = png_get_color_type(file->png, file->info);
-    if (type != PNG_COLOR_TYPE_RGB && type != PNG_COLOR_TYPE_RGBA)
-        return fail(file, err, "not an RGB image");
     if (png_get_interlace_type(file->png, file->info) != PNG_INTERLACE_NONE)
         return fail(file, err, "an interlaced PNG; save it without interlacing");
     info->width = (int)png_get_image_width(file->png, file->info);
     info->height = (int)png_get_image_height(file->png, file->info);
-    info->bits = png_get_bit_depth(file->png, file->info);
     info->channels = 3;
+    ask_for_rgb(file);
+    info->bits = png_get_bit_depth(file->png, file->info);
     info->encoded = info->bits == 8;
-    file->samples = type == PNG_COLOR_TYPE_RGBA ? 4 : 3;
-    if (info->bits == 16)
-        png_set_swap(file->png);
-    png_read_update_info(file->png, file->info);
     png_bytep block = NULL;
     png_uint_32 size = 0;
     if (png_get_eXIf_1(file->png, file->info, &size, &block) && block)
         exif_take(info, block, size);
     file->line = malloc(png_get_rowbytes(file->png, file->info));
-    return file->line ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%s", file->base.path);
+    return file->line ? make_linear(file, err)
+                      : cap_fail(err, STATUS_MEMORY, "%s", file->base.path);
+}
+
+static void take_row(const struct png_file *file, float *dn)
+{
+    const size_t count = 3 * (size_t)file->base.info.width;
+    const uint8_t *narrow = file->line;
+    const uint16_t *wide = (const void *)file->line;
+    for (size_t i = 0; i < count; i++)
+        dn[i] = file->base.info.bits == 8 ? narrow[i]
+                : file->linear            ? file->linear[wide[i]]
+                                          : wide[i];
 }
 
 static enum status read_rows(struct photo_file *base, float *dn, int rows, struct error *err)
@@ -71,15 +128,10 @@ static enum status read_rows(struct photo_file *base, float *dn, int rows, struc
     struct png_file *file = (struct png_file *)base;
     if (setjmp(png_jmpbuf(file->png)))
         return fail(file, err, file->message);
-    size_t step = (size_t)file->samples, width = (size_t)base->info.width;
-    const uint8_t *narrow = file->line;
-    const uint16_t *wide = (const void *)file->line;
     for (int y = 0; y < rows; y++) {
         png_read_row(file->png, file->line, NULL);
-        for (size_t x = 0; dn && x < width; x++)
-            for (size_t c = 0; c < 3; c++)
-                dn[((size_t)y * width + x) * 3 + c] =
-                    base->info.bits == 8 ? narrow[step * x + c] : wide[step * x + c];
+        if (dn)
+            take_row(file, dn + 3 * (size_t)y * (size_t)base->info.width);
     }
     return STATUS_OK;
 }
@@ -92,22 +144,15 @@ static void close_file(struct photo_file *base)
     if (file->stream)
         fclose(file->stream);
     free(file->line);
-    free(base->path);
-    free(file);
+    free(file->linear);
 }
 
 enum status png_open(struct photo_file **opened, const char *path, struct error *err)
 {
     static const struct photo_format format = {read_rows, close_file};
-    struct png_file *file = calloc(1, sizeof *file);
-    char *copy = strdup(path);
-    if (!file || !copy) {
-        free(file);
-        free(copy);
-        return cap_fail(err, STATUS_MEMORY, "%s", path);
-    }
-    file->base = (struct photo_file){
-        .format = &format, .path = copy, .info = photo_unknown(), .rows_at_once = 1};
+    struct png_file *file = photo_begin(sizeof *file, &format, path, err);
+    if (!file)
+        return STATUS_MEMORY;
     file->png =
         png_create_read_struct(PNG_LIBPNG_VER_STRING, file, leave_with_message, print_nothing);
     file->info = file->png ? png_create_info_struct(file->png) : NULL;
@@ -118,9 +163,5 @@ enum status png_open(struct photo_file **opened, const char *path, struct error 
     else
         status = file->stream ? begin(file, err)
                               : cap_fail(err, STATUS_IO, "%s: %s", path, strerror(errno));
-    if (status)
-        close_file(&file->base);
-    else
-        *opened = &file->base;
-    return status;
+    return photo_opened(opened, &file->base, status);
 }

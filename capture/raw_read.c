@@ -1,9 +1,11 @@
 /* raw_read.c -- raw files through LibRaw, as the sensor wrote them: never demosaicked.
  *
- * Every photosite is one measurement of one channel; `cfa` says of which. The whole of what the
- * sensor wrote is taken, its masked border too, and the camera's orientation is not applied: pixel
- * coordinates stay those of the file, whatever crop a program prefers. A black level that differs
- * over the 2 x 2 cell is evened out here, so that one level holds for all photosites.
+ * Every photosite is one measurement of one channel; `cfa` says of which: Bayer's cells, X-Trans's,
+ * and others of red, green and blue. A sensor without filters measures one channel that stands for
+ * all three; files that hold three numbers a pixel (linear DNG, reduced raw) are RGB. The whole of
+ * what the sensor wrote is taken, its masked border too, and the camera's orientation is not
+ * applied: pixel coordinates stay those of the file, whatever crop a program prefers. A black level
+ * that differs over the cell is evened out here, so that one level holds for all photosites.
  */
 #include "photo.h"
 
@@ -12,11 +14,13 @@
 #include <string.h>
 #include <time.h>
 
+enum { PERIOD = 48 };  // photosites after which every cell and pattern of black levels repeats
+
 struct raw_file {
     struct photo_file base;
     libraw_data_t *raw;
     bool unpacked, damaged;
-    float extra_black[4];  // of the cell's photosites, above info.black
+    float extra_black[PERIOD * PERIOD];  // of photosites, above info.black
 };
 
 /* LibRaw goes on after damage. */
@@ -35,9 +39,43 @@ static enum status unpack(struct raw_file *file, struct error *err)
     file->unpacked = true;
     if (file->damaged)
         return cap_fail(err, STATUS_FORMAT, "%s: damaged or truncated", file->base.path);
-    if (!file->raw->rawdata.raw_image)
-        return cap_fail(err, STATUS_FORMAT, "%s: not a mosaic of 16-bit numbers", file->base.path);
+    const libraw_rawdata_t *data = &file->raw->rawdata;
+    if (file->base.info.channels == 1 || file->base.info.gray
+            ? !data->raw_image
+            : !data->color3_image && !data->color4_image)
+        return cap_fail(err, STATUS_FORMAT,
+                        "%s: its numbers are not 16 bits; develop it to a linear 16-bit TIFF",
+                        file->base.path);
+    if (data->ioparams.fuji_width)
+        return cap_fail(err, STATUS_FORMAT,
+                        "%s: its photosites stand on a diagonal grid; develop it to a linear "
+                        "16-bit TIFF",
+                        file->base.path);
     return STATUS_OK;
+}
+
+/* A row of photosites: one number each, which a gray file stands in all channels. */
+static void take_photosites(const struct raw_file *file, int y, float *dn)
+{
+    size_t pitch = file->raw->sizes.raw_pitch / sizeof(uint16_t);
+    const uint16_t *from = file->raw->rawdata.raw_image + (size_t)y * pitch;
+    const float *extra = file->extra_black + PERIOD * (y % PERIOD);
+    const size_t channels = (size_t)file->base.info.channels;
+    for (size_t x = 0; x < (size_t)file->base.info.width; x++)
+        for (size_t c = 0; c < channels; c++)
+            dn[channels * x + c] = (float)from[x] - extra[x % PERIOD];
+}
+
+/* A row of pixels of three numbers, or the first three of four. */
+static void take_pixels(const struct raw_file *file, int y, float *dn)
+{
+    const libraw_rawdata_t *data = &file->raw->rawdata;
+    const size_t numbers = data->color3_image ? 3 : 4;
+    const uint16_t *from = data->color3_image ? *data->color3_image : *data->color4_image;
+    from += (size_t)y * (file->raw->sizes.raw_pitch / sizeof(uint16_t));
+    for (size_t x = 0; x < (size_t)file->base.info.width; x++)
+        for (size_t c = 0; c < 3; c++)
+            dn[3 * x + c] = from[numbers * x + c];
 }
 
 static enum status read_rows(struct photo_file *base, float *dn, int rows, struct error *err)
@@ -46,66 +84,112 @@ static enum status read_rows(struct photo_file *base, float *dn, int rows, struc
     enum status status = dn ? unpack(file, err) : STATUS_OK;
     if (!dn || status)
         return status;
-    const libraw_image_sizes_t *size = &file->raw->sizes;
-    size_t pitch = size->raw_pitch / sizeof(uint16_t), width = (size_t)base->info.width;
-    for (int y = 0; y < rows; y++) {
-        const uint16_t *from = file->raw->rawdata.raw_image + (size_t)(base->row + y) * pitch;
-        const float *extra = file->extra_black + 2 * ((base->row + y) % 2);
-        for (size_t x = 0; x < width; x++)
-            dn[(size_t)y * width + x] = (float)from[x] - extra[x % 2];
-    }
+    const size_t line = (size_t)base->info.width * (size_t)base->info.channels;
+    for (int y = 0; y < rows; y++)
+        if (file->raw->rawdata.raw_image)
+            take_photosites(file, base->row + y, dn + (size_t)y * line);
+        else
+            take_pixels(file, base->row + y, dn + (size_t)y * line);
     return STATUS_OK;
 }
 
 static void close_file(struct photo_file *base)
 {
     struct raw_file *file = (struct raw_file *)base;
-    libraw_close(file->raw);
-    free(base->path);
-    free(file);
+    if (file->raw)
+        libraw_close(file->raw);
 }
 
-/* LibRaw counts the cell's places from the first visible pixel. */
-static int color_at(libraw_data_t *raw, int k)
+/* LibRaw counts places from the first visible pixel. */
+static int visible(int at, int margin)
 {
-    int top = raw->sizes.top_margin % 2, left = raw->sizes.left_margin % 2;
-    return libraw_COLOR(raw, (k / 2 + top) % 2, (k % 2 + left) % 2);
+    return (at + PERIOD - margin % PERIOD) % PERIOD;
 }
 
-/* The letters of the 2 x 2 cell at the first pixel; false: it is no such mosaic. */
+/* LibRaw's number of the colour of a photosite; 6 where there are no filters. */
+static int color_at(libraw_data_t *raw, int x, int y)
+{
+    return libraw_COLOR(raw, visible(y, raw->sizes.top_margin), visible(x, raw->sizes.left_margin));
+}
+
+/* The letter of a photosite; 0: none of R, G and B. */
+static char letter_at(libraw_data_t *raw, int x, int y)
+{
+    int color = color_at(raw, x, y);
+    char letter = color < 4 ? raw->idata.cdesc[color] : 0;
+    return letter && strchr("RGB", letter) ? letter : 0;
+}
+
+/* The smallest cell that repeats; false: other filters than R, G and B, or no cell of ours. */
 static bool read_cell(struct raw_file *file)
 {
     libraw_data_t *raw = file->raw;
-    const unsigned foveon = 0, xtrans = 9;  // LibRaw's marks in `filters`
-    if (raw->idata.filters == foveon || raw->idata.filters == xtrans)
-        return false;
-    for (int k = 0; k < 4; k++) {
-        char letter = raw->idata.cdesc[color_at(raw, k)];
-        if (!strchr("RGB", letter))
-            return false;
-        file->base.info.cfa[k] = letter;
+    char *cfa = file->base.info.cfa;
+    for (int side = 2; side <= CFA_SIDE_MAX; side += 2) {
+        bool same = true;
+        for (int k = 0; k < PERIOD * PERIOD && same; k++) {
+            int x = k % PERIOD, y = k / PERIOD;
+            char letter = letter_at(raw, x, y);
+            same = letter && letter == letter_at(raw, x % side, y % side);
+            if (x < side && y < side)
+                cfa[side * y + x] = letter;
+        }
+        cfa[side * side] = '\0';
+        if (same)
+            return true;
     }
-    return true;
+    cfa[0] = '\0';
+    return false;
+}
+
+/* Mosaic, gray or RGB. */
+static enum status read_kind(struct raw_file *file, struct error *err)
+{
+    struct photo *info = &file->base.info;
+    if (file->raw->idata.filters) {
+        info->channels = 1;
+        if (read_cell(file))
+            return STATUS_OK;
+        return cap_fail(err, STATUS_FORMAT,
+                        "%s: its colour filters (%.4s) are not red, green and blue; develop it to "
+                        "a linear 16-bit TIFF",
+                        file->base.path, file->raw->idata.cdesc);
+    }
+    info->channels = 3;
+    info->gray = file->raw->idata.colors == 1;
+    return STATUS_OK;
+}
+
+/* The black level of a photosite. */
+static double black_at(const struct raw_file *file, int x, int y)
+{
+    const libraw_colordata_t *color = &file->raw->color;
+    const unsigned rows = color->cblack[4], columns = color->cblack[5];
+    int number = file->base.info.channels == 1 ? color_at(file->raw, x, y) : 0;
+    double level = color->black + color->cblack[number < 4 ? number : 0];
+    if (rows > 0 && columns > 0)
+        level +=
+            color->cblack[6 + (unsigned)visible(y, file->raw->sizes.top_margin) % rows * columns
+                          + (unsigned)visible(x, file->raw->sizes.left_margin) % columns];
+    return level;
 }
 
 static void read_levels(struct raw_file *file)
 {
-    const libraw_colordata_t *color = &file->raw->color;
-    unsigned top = file->raw->sizes.top_margin, left = file->raw->sizes.left_margin;
-    double level[4], lowest = INFINITY;
-    for (unsigned k = 0; k < 4; k++) {
-        unsigned rows = color->cblack[4], columns = color->cblack[5];
-        level[k] = color->black + color->cblack[color_at(file->raw, (int)k)];
-        if (rows > 0 && columns > 0)
-            level[k] +=
-                color
-                    ->cblack[6 + (k / 2 + top) % 2 % rows * columns + (k % 2 + left) % 2 % columns];
-        lowest = fmin(lowest, level[k]);
-    }
-    for (int k = 0; k < 4; k++)
-        file->extra_black[k] = (float)(level[k] - lowest);
+    double lowest = INFINITY;
+    for (int k = 0; k < PERIOD * PERIOD; k++)
+        lowest = fmin(lowest, black_at(file, k % PERIOD, k / PERIOD));
+    for (int k = 0; k < PERIOD * PERIOD; k++)
+        file->extra_black[k] = (float)(black_at(file, k % PERIOD, k / PERIOD) - lowest);
     file->base.info.black = lowest;
-    file->base.info.white = color->maximum;
+    file->base.info.white = file->raw->color.maximum;
+}
+
+/* EXIF's number of LibRaw's bits (1: left-right, 2: top-bottom, 4: diagonal, applied in turn). */
+static int orientation_of(int flip)
+{
+    static const int exif[8] = {1, 2, 4, 3, 5, 8, 6, 7};
+    return exif[flip & 7];
 }
 
 static void read_settings(struct photo *info, const libraw_data_t *raw)
@@ -116,7 +200,7 @@ static void read_settings(struct photo *info, const libraw_data_t *raw)
     info->aperture = (double)raw->other.aperture;
     info->iso = (double)raw->other.iso_speed;
     info->focal_length = (double)raw->other.focal_len;
-    info->orientation = 0;
+    info->orientation = orientation_of(raw->sizes.flip);
     snprintf(info->make, sizeof info->make, "%s", raw->idata.make);
     snprintf(info->model, sizeof info->model, "%s", raw->idata.model);
     snprintf(info->lens, sizeof info->lens, "%.63s", raw->lens.Lens);
@@ -133,13 +217,11 @@ static enum status begin(struct raw_file *file, struct error *err)
         return cap_fail(err, STATUS_FORMAT,
                         "%s: no photograph that can be read (raw, TIFF, PNG, JPEG, EXR): %s",
                         file->base.path, libraw_strerror(result));
-    if (!read_cell(file))
-        return cap_fail(err, STATUS_FORMAT,
-                        "%s: not a Bayer mosaic of R, G and B; develop it to a linear 16-bit TIFF",
-                        file->base.path);
+    enum status status = read_kind(file, err);
+    if (status)
+        return status;
     info->width = file->raw->sizes.raw_width;
     info->height = file->raw->sizes.raw_height;
-    info->channels = 1;
     info->bits = 16;
     read_levels(file);
     // Some formats tell their black level within the compressed data only.
@@ -155,27 +237,14 @@ static enum status begin(struct raw_file *file, struct error *err)
 enum status raw_open(struct photo_file **opened, const char *path, struct error *err)
 {
     static const struct photo_format format = {read_rows, close_file};
-    struct raw_file *file = calloc(1, sizeof *file);
-    char *copy = strdup(path);
-    libraw_data_t *raw = libraw_init(LIBRAW_OPIONS_NO_DATAERR_CALLBACK);
-    if (!file || !copy || !raw) {
-        free(file);
-        free(copy);
-        if (raw)
-            libraw_close(raw);
-        return cap_fail(err, STATUS_MEMORY, "%s", path);
-    }
-    file->raw = raw;
-    libraw_set_dataerror_handler(raw, note_damage, file);
-    file->base = (struct photo_file){.format = &format,
-                                     .path = copy,
-                                     .info = photo_unknown(),
-                                     .rows_at_once = 2,
-                                     .any_row = true};
-    enum status status = begin(file, err);
-    if (status)
-        close_file(&file->base);
-    else
-        *opened = &file->base;
-    return status;
+    struct raw_file *file = photo_begin(sizeof *file, &format, path, err);
+    if (!file)
+        return STATUS_MEMORY;
+    file->base.rows_at_once = 2;
+    file->base.any_row = true;
+    file->raw = libraw_init(LIBRAW_OPIONS_NO_DATAERR_CALLBACK);
+    if (file->raw)
+        libraw_set_dataerror_handler(file->raw, note_damage, file);
+    enum status status = file->raw ? begin(file, err) : cap_fail(err, STATUS_MEMORY, "%s", path);
+    return photo_opened(opened, &file->base, status);
 }

@@ -10,6 +10,8 @@ struct curve {
     double relative[3];  // standard deviation of the curve, of its value, over the used codes
 };
 
+/** Linear light of an sRGB code, both 0 to 1 (IEC 61966-2-1). */
+double response_srgb(double code);
 /** sRGB (IEC 61966-2-1) or linear. */
 void response_known(struct curve *curve, enum response kind);
 #endif

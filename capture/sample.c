@@ -1,8 +1,8 @@
 /* sample.c -- some rows of all shots of a camera.
  *
  * Each shot gives a few bands of rows: at least 16 bands in all, so that few shots show the whole
- * scene too. Strips that lie elsewhere are not decoded. Bands begin at even rows, where the cell of
- * a mosaic begins.
+ * scene too. Strips that lie elsewhere are not decoded. Bands begin where a cell of a mosaic
+ * begins.
  */
 #include "sample.h"
 #include "bracket.h"
@@ -12,18 +12,19 @@
 
 enum { PIXELS = 400000, BANDS_MIN = 16, ROWS_MIN = 4 };
 
-/* What one shot gives: `bands` bands of `rows` rows. */
+/* What one shot gives: `bands` bands of `rows` rows, which begin at multiples of `cell`. */
 struct plan {
-    int bands, rows;
+    int bands, rows, cell;
 };
 
-static struct plan make_plan(int shots, int width, int height, int pitch)
+static struct plan make_plan(int shots, int width, int height, const char *cfa)
 {
-    struct plan plan = {.bands = (BANDS_MIN + shots - 1) / shots};
-    plan.rows = PIXELS / shots / plan.bands / width / 2 * 2;
-    plan.rows = plan.rows > ROWS_MIN * pitch ? plan.rows : ROWS_MIN * pitch;
+    int cell = *cfa ? cap_cfa_side(cfa) : 2, least = ROWS_MIN * (*cfa ? cell : 1);
+    struct plan plan = {.bands = (BANDS_MIN + shots - 1) / shots, .cell = cell};
+    plan.rows = PIXELS / shots / plan.bands / width / cell * cell;
+    plan.rows = plan.rows > least ? plan.rows : least;
     if (plan.bands * plan.rows >= height)
-        plan = (struct plan){1, height};
+        plan = (struct plan){1, height, cell};
     return plan;
 }
 
@@ -54,12 +55,6 @@ static bool make_sample(struct bracket_sample *s, const struct bracket *b, size_
     return ok;
 }
 
-static int channel_of(const char *cfa, int x, int y)
-{
-    char letter = cfa[2 * (y % 2) + x % 2];
-    return letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
-}
-
 /* Sort the band's photosites into channels. */
 static void append_band(struct bracket_sample *const s[3], const struct bracket *b, int rows,
                         const char *cfa)
@@ -74,7 +69,7 @@ static void append_band(struct bracket_sample *const s[3], const struct bracket 
                     s[c]->dn[f][at[c] + i] = b->dn[f][3 * i + (size_t)c];
         for (int y = 0; b->channels == 1 && y < rows; y++)
             for (int x = 0; x < b->width; x++) {
-                int c = channel_of(cfa, x, y);
+                int c = cap_cfa_channel(cfa, x, y);
                 s[c]->dn[f][at[c]++] = b->dn[f][(size_t)y * b->width + x];
             }
     }
@@ -90,7 +85,7 @@ static enum status read_bands(struct bracket_sample *const s[3], struct bracket 
     enum status status = STATUS_OK;
     for (int k = 0; k < plan->bands && !status; k++) {
         double at = (k + place - floor(place)) / plan->bands;
-        int top = (int)(at * (b->height - plan->rows)) / 2 * 2;
+        int top = (int)(at * (b->height - plan->rows)) / plan->cell * plan->cell;
         status = bracket_seek(b, top, bad, NULL);
         if (!status)
             status = bracket_read(b, plan->rows, bad, NULL);
@@ -148,12 +143,11 @@ enum status sample_read(struct sample_set *set, const struct capture *capture, i
             shot[shots++] = s;
     const struct camera_kind *kind = &capture->camera[camera];
     if (ok && shots > 0) {
-        made.pitch = capture->photo[capture->shot[shot[0]].photo[0]].channels == 1 ? 2 : 1;
-        struct plan plan = make_plan(shots, kind->width, kind->height, made.pitch);
-        made.width = kind->width / made.pitch;
-        // Odd sizes of a mosaic would need care for nothing: no steps are looked for there.
-        bool even = (kind->width | plan.rows) % made.pitch == 0;
-        made.rows = even ? plan.rows / made.pitch : 0;
+        snprintf(made.cfa, sizeof made.cfa, "%s",
+                 capture->photo[capture->shot[shot[0]].photo[0]].cfa);
+        struct plan plan = make_plan(shots, kind->width, kind->height, made.cfa);
+        made.width = kind->width;
+        made.rows = plan.rows;
 #pragma omp parallel for schedule(dynamic) num_threads(run->threads)
         for (int k = 0; k < shots; k++) {
             struct bracket_sample *const s[3] = {&made.channel[0][k], &made.channel[1][k],

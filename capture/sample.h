@@ -8,8 +8,9 @@
 struct sample_set {
     struct bracket_sample *channel[3];
     int samples;  // one a shot that could be read
-    // Red and blue photosites stand in bands of `rows` rows of `width`, `pitch` pixels apart.
-    int width, rows, pitch;
+    // Bands of `rows` rows of `width` pixels, beginning with a whole cell of the mosaic.
+    int width, rows;
+    char cfa[CFA_SIZE];  // "": all channels everywhere
 };
 
 /** Read bands of the shots of a camera, spread over the height of the image, some 400000 pixels

@@ -9,8 +9,7 @@ int stack_channel(const struct stack *stack, size_t i, int y)
 {
     if (stack->channels == 3)
         return (int)(i % 3);
-    char letter = stack->cfa[2 * (y % 2) + (int)(i % 2)];
-    return letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
+    return cap_cfa_channel(stack->cfa, (int)i, y);
 }
 
 static bool begin(struct stack *stack, const struct photo *info)

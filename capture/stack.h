@@ -7,7 +7,7 @@
 /** The mean of frames, in DN (linear where encoded). Owns mean; {0} is empty; stack_free(). */
 struct stack {
     int frames, width, height, channels;
-    char cfa[5];
+    char cfa[CFA_SIZE];
     double seconds;  // all exposure times together; 0 where one is not known
     float *mean;     // [height][width][channels]
 };

@@ -1,5 +1,5 @@
-/* tiff_read.c -- TIFF photographs: RGB of 8 or 16 bits or 32-bit float, in strips or tiles, any
- * compression.
+/* tiff_read.c -- TIFF photographs: RGB or gray of 8 or 16 bits, half or float, in strips or tiles,
+ * any compression.
  *
  * Strips and tiles are decoded whole, into a band of rows: libtiff is twice as fast then as row by
  * row (libdeflate instead of zlib). Only strips too large for that are read by rows, so that
@@ -17,8 +17,10 @@
 struct tiff_file {
     struct photo_file base;
     TIFF *tiff;
-    int samples;  // a pixel in the file; the first three are R, G, B
+    int samples;  // a pixel in the file; the first three are R, G, B, or the first gray
     bool tiled, planes, banded;
+    bool half;            // 16-bit numbers of floating point
+    size_t bytes;         // a sample
     int band_rows;        // rows a strip or tile
     unsigned char *line;  // a row, strip or tile as in the file
     float *band;          // [band_rows][width][3], of tiles and planes
@@ -129,22 +131,28 @@ static enum status read_layout(struct tiff_file *file, struct error *err)
         return fail(file, err, "a raw file under a TIFF's name; call it .dng");
     if (width == 0 || height == 0 || width > SIDE_MAX || height > SIDE_MAX || rows == 0)
         return fail(file, err, "the size of the image makes no sense");
-    if (photometric != PHOTOMETRIC_RGB || samples < 3 || samples > 16)
-        return fail(file, err, "not an RGB image");
+    info->gray = photometric == PHOTOMETRIC_MINISBLACK;
+    if ((photometric != PHOTOMETRIC_RGB && !info->gray) || samples < (info->gray ? 1 : 3)
+        || samples > 16)
+        return fail(file, err,
+                    "neither RGB nor gray (a palette, CMYK, YCbCr, ...); save it as RGB");
     bool whole = (bits == 8 || bits == 16) && format == SAMPLEFORMAT_UINT;
-    if (!whole && !(bits == 32 && format == SAMPLEFORMAT_IEEEFP))
-        return fail(file, err, "not 8 or 16 bits a sample, nor 32-bit float");
+    bool real = (bits == 16 || bits == 32) && format == SAMPLEFORMAT_IEEEFP;
+    if (!whole && !real)
+        return fail(file, err, "not 8 or 16 bits a sample, nor float of 16 or 32 bits");
     if (!is_complete(tiff))
         return fail(file, err, "the file is truncated");
     file->samples = samples;
-    file->planes = planar == PLANARCONFIG_SEPARATE;
+    file->planes = planar == PLANARCONFIG_SEPARATE && samples > 1;
     file->band_rows = (int)(rows < height ? rows : height);
     file->band_top = -1;
     info->width = (int)width;
     info->height = (int)height;
     info->channels = 3;
-    info->bits = bits;
+    info->bits = real ? 32 : bits;
     info->encoded = bits == 8;
+    file->half = real && bits == 16;
+    file->bytes = bits / 8;
     file->base.rows_at_once = file->band_rows;
     file->base.any_row = true;
     return STATUS_OK;
@@ -170,6 +178,20 @@ static enum status make_buffers(struct tiff_file *file, struct error *err)
     return STATUS_OK;
 }
 
+static float from_half(uint16_t bits)
+{
+    int exponent = bits >> 10 & 31, fraction = bits & 1023;
+    float size = exponent == 31  ? (fraction ? NAN : INFINITY)
+                 : exponent == 0 ? ldexpf((float)fraction, -24)
+                                 : ldexpf((float)(fraction + 1024), exponent - 25);
+    return bits >> 15 ? -size : size;
+}
+
+static float scaled(float v)
+{
+    return v == v ? 65535 * v : INFINITY;
+}
+
 /* Count samples of the file's form, every `from_step`th, to every `to_step`th of ours. */
 static void unpack(const struct tiff_file *file, const void *from, size_t from_step, float *to,
                    size_t to_step, size_t count)
@@ -177,31 +199,33 @@ static void unpack(const struct tiff_file *file, const void *from, size_t from_s
     const uint8_t *narrow = from;
     const uint16_t *wide = from;
     const float *real = from;
-    if (file->base.info.bits == 8)
+    if (file->bytes == 1)
         for (size_t i = 0; i < count; i++)
             to[to_step * i] = narrow[from_step * i];
-    else if (file->base.info.bits == 16 && from_step == 1 && to_step == 1)
+    else if (file->half)
+        for (size_t i = 0; i < count; i++)
+            to[to_step * i] = scaled(from_half(wide[from_step * i]));
+    else if (file->bytes == 2 && from_step == 1 && to_step == 1)
         for (size_t i = 0; i < count; i++)  // the usual one; the compiler sees that steps are 1
             to[i] = wide[i];
-    else if (file->base.info.bits == 16)
+    else if (file->bytes == 2)
         for (size_t i = 0; i < count; i++)
             to[to_step * i] = wide[from_step * i];
     else
-        for (size_t i = 0; i < count; i++) {
-            float v = real[from_step * i];
-            to[to_step * i] = v == v ? 65535 * v : INFINITY;
-        }
+        for (size_t i = 0; i < count; i++)
+            to[to_step * i] = scaled(real[from_step * i]);
 }
 
-/* Pixels that stand together in the file. */
+/* Pixels that stand together in the file; gray ones stand in all three channels. */
 static void unpack_pixels(const struct tiff_file *file, const void *from, float *to, size_t pixels)
 {
-    size_t step = (size_t)file->samples, sample = (size_t)file->base.info.bits / 8;
-    if (step == 3)
+    size_t step = (size_t)file->samples;
+    if (step == 3 && !file->base.info.gray)
         unpack(file, from, 1, to, 1, 3 * pixels);
     else
         for (size_t c = 0; c < 3; c++)
-            unpack(file, (const char *)from + c * sample, step, to + c, 3, pixels);
+            unpack(file, (const char *)from + (file->base.info.gray ? 0 : c * file->bytes), step,
+                   to + c, 3, pixels);
 }
 
 static bool read_line(struct tiff_file *file, int row, float *dn)
@@ -217,14 +241,15 @@ static bool read_line(struct tiff_file *file, int row, float *dn)
 static void place_block(struct tiff_file *file, int left, int columns, int rows, int pitch,
                         int plane)
 {
-    size_t sample = (size_t)file->base.info.bits / 8 * (plane < 0 ? (size_t)file->samples : 1);
+    size_t sample = file->bytes * (plane < 0 ? (size_t)file->samples : 1);
     for (int y = 0; y < rows; y++) {
         float *to = file->band + ((size_t)y * file->base.info.width + left) * 3;
         const unsigned char *from = file->line + (size_t)y * pitch * sample;
         if (plane < 0)
             unpack_pixels(file, from, to, (size_t)columns);
         else
-            unpack(file, from, 1, to + plane, 3, (size_t)columns);
+            for (int c = plane; c < (file->base.info.gray ? 3 : plane + 1); c++)
+                unpack(file, from, 1, to + c, 3, (size_t)columns);
     }
 }
 
@@ -256,13 +281,14 @@ static bool read_band_plane(struct tiff_file *file, int top, int plane)
 static bool read_banded_line(struct tiff_file *file, int row, float *dn)
 {
     int top = row - row % file->band_rows;
+    int planes = !file->planes ? 0 : file->base.info.gray ? 1 : 3;
     bool ok = true;
     if (file->band_top != top)
-        for (int p = file->planes ? 0 : -1; p < (file->planes ? 3 : 0) && ok; p++)
+        for (int p = file->planes ? 0 : -1; p < planes && ok; p++)
             ok = read_band_plane(file, top, p);
     file->band_top = ok ? top : -1;
     size_t width = (size_t)file->base.info.width, offset = (size_t)(row - top) * width;
-    size_t pixel = (size_t)file->base.info.bits / 8 * (size_t)file->samples;
+    size_t pixel = file->bytes * (size_t)file->samples;
     if (ok && file->band)
         memcpy(dn, file->band + 3 * offset, 3 * width * sizeof *dn);
     else if (ok)
@@ -302,8 +328,6 @@ static void close_file(struct photo_file *base)
         TIFFClose(file->tiff);
     free(file->line);
     free(file->band);
-    free(base->path);
-    free(file);
 }
 
 static TIFF *open_quietly(struct tiff_file *file)
@@ -321,14 +345,9 @@ static TIFF *open_quietly(struct tiff_file *file)
 enum status tiff_open(struct photo_file **opened, const char *path, struct error *err)
 {
     static const struct photo_format format = {read_rows, close_file};
-    struct tiff_file *file = calloc(1, sizeof *file);
-    char *copy = strdup(path);
-    if (!file || !copy) {
-        free(file);
-        free(copy);
-        return cap_fail(err, STATUS_MEMORY, "%s", path);
-    }
-    file->base = (struct photo_file){.format = &format, .path = copy, .info = photo_unknown()};
+    struct tiff_file *file = photo_begin(sizeof *file, &format, path, err);
+    if (!file)
+        return STATUS_MEMORY;
     file->tiff = open_quietly(file);
     enum status status =
         file->tiff ? read_layout(file, err) : fail(file, err, "cannot be opened as a TIFF");
@@ -336,9 +355,5 @@ enum status tiff_open(struct photo_file **opened, const char *path, struct error
         read_exif(file);
         status = make_buffers(file, err);
     }
-    if (status)
-        close_file(&file->base);
-    else
-        *opened = &file->base;
-    return status;
+    return photo_opened(opened, &file->base, status);
 }

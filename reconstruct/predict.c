@@ -125,7 +125,8 @@ static void lay_out(struct predicting *p, int size)
 {
     const pixel_box box = p->box;
     const int width = box.x1 - box.x0, height = box.y1 - box.y0;
-    const int larger = width > height ? width : height, least = *p->of->map->cfa ? 2 : 1;
+    const char *cfa = p->of->map->cfa;
+    const int larger = width > height ? width : height, least = *cfa ? cap_cfa_side(cfa) : 1;
     int step = (larger + size - 1) / size;
     step = step > least ? step : least;
     p->stride = step <= TAKEN ? 1 : step / TAKEN - (step / TAKEN + 1) % 2;

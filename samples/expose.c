@@ -69,7 +69,7 @@ static void expose_pixel(const struct frame *frame, const float rgb[3], int x, i
     struct random random = sam_random_at(scene->seed, frame->number, pixel);
     double factor = frame->factor * sam_vignetting(scene, x, y);
     for (int k = 0; k < channels; k++) {
-        int c = channels == 1 ? scene->sensor.cfa[y % 2 * 2 + x % 2] : k;
+        int c = channels == 1 ? cap_cfa_channel(scene->sensor.cfa, x, y) : k;
         uint64_t site = pixel * (uint64_t)channels + (uint64_t)k;
         double electrons =
             (double)rgb[c] * factor * scene->sensor.channel_gain[c] * sensitivity(scene, site)

@@ -8,6 +8,7 @@
 #include "scene_board.h"
 #include "scene_material.h"
 
+#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -46,17 +47,16 @@ static void read_camera(struct scene *scene, struct doc *doc, doc_node node)
     copy_name(scene->exif.model, sam_doc_text(doc, node, "model", "render"));
 }
 
-/** "rggb" and its shifts; a word of other letters or another length is none. */
-static bool read_cfa(int cfa[4], const char *word)
+/** "rggb" and other cells by rows, "xtrans"; a word of other letters or another length is none. */
+static bool read_cfa(char cfa[CFA_SIZE], const char *word)
 {
-    static const char channels[] = "rgb";
-    for (int i = 0; i < 4; i++) {
-        const char *found = word[i] ? strchr(channels, word[i]) : NULL;
-        if (!found)
-            return false;
-        cfa[i] = (int)(found - channels);
-    }
-    return !word[4];
+    static const char xtrans[] = "gbggrgrgrbgbgbggrggrggbgbgbrgrgrggbg";
+    if (strcmp(word, "xtrans") == 0)
+        word = xtrans;
+    for (int i = 0; i < CFA_SIZE && (i == 0 || word[i - 1]); i++)
+        cfa[i] = (char)toupper((unsigned char)word[i]);
+    cfa[CFA_SIZE - 1] = '\0';
+    return strlen(word) < CFA_SIZE && cap_cfa_is_valid(cfa);
 }
 
 /** What a real sensor has besides noise; all of it is off where nothing is said. */
@@ -70,7 +70,7 @@ static void read_blemishes(struct sensor_model *sensor, struct doc *doc, doc_nod
     sensor->mosaic = strcmp(mosaic, "none") != 0;
     if (sensor->mosaic && !read_cfa(sensor->cfa, mosaic))
         sam_doc_wrong(doc, sam_doc_get(doc, node, "mosaic"),
-                      "mosaic: four letters of r, g, b are wanted, as in rggb, or none");
+                      "mosaic: a cell of r, g and b is wanted, as in rggb, or xtrans, or none");
 }
 
 static void read_sensor(struct sensor_model *sensor, struct doc *doc, doc_node node)

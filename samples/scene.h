@@ -21,7 +21,7 @@ struct sensor_model {
     double channel_gain[3];
     double vignetting[3];  // V = 1 + v1 q + v2 q^2 + v3 q^3, q as in struct camera
     bool mosaic;           // one channel a photosite
-    int cfa[4];            // its channels: top left, top right, bottom left, bottom right
+    char cfa[CFA_SIZE];    // its cell, "RGGB"
     double prnu;           // relative standard deviation of a photosite's gain
     double hot_fraction,
         hot_rate;       // photosites that leak, and electrons a second they do on average

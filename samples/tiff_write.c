@@ -63,21 +63,23 @@ static bool set_mosaic_tags(TIFF *tiff, const struct picture *p)
     static const float xyz_to_rgb[9] = {3.2404542f,  -1.5371385f, -0.4985314f,
                                         -0.9692660f, 1.8760108f,  0.0415560f,
                                         0.0556434f,  -0.2040259f, 1.0572252f};
-    static const uint16_t two[2] = {2, 2}, one[2] = {1, 1}, d65 = 21;
+    static const uint16_t one[2] = {1, 1}, d65 = 21;
     const struct sensor_model *sensor = p->mosaic;
-    uint8_t cfa[4];
+    const int side = cap_cfa_side(sensor->cfa);
+    const uint16_t cell[2] = {(uint16_t)side, (uint16_t)side};
+    uint8_t cfa[CFA_SIZE];
     float black = (float)sensor->black_level, neutral[3];
     uint32_t white = (uint32_t)sensor->adc_max;
-    for (int i = 0; i < 4; i++)
-        cfa[i] = (uint8_t)sensor->cfa[i];
+    for (int i = 0; i < side * side; i++)
+        cfa[i] = (uint8_t)cap_cfa_channel(sensor->cfa, i % side, i / side);
     for (int c = 0; c < 3; c++)
         neutral[c] = (float)(sensor->channel_gain[c] / sensor->channel_gain[1]);
     return set_common_tags(tiff, p, (uint32_t)p->height)
            && TIFFSetField(tiff, TIFFTAG_SUBFILETYPE, 0)
            && TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_CFA)
            && TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_NONE)
-           && TIFFSetField(tiff, TIFFTAG_CFAREPEATPATTERNDIM, two)
-           && TIFFSetField(tiff, TIFFTAG_CFAPATTERN, 4, cfa)
+           && TIFFSetField(tiff, TIFFTAG_CFAREPEATPATTERNDIM, cell)
+           && TIFFSetField(tiff, TIFFTAG_CFAPATTERN, side * side, cfa)
            && TIFFSetField(tiff, TIFFTAG_DNGVERSION, "\001\004\000\000")
            && TIFFSetField(tiff, TIFFTAG_DNGBACKWARDVERSION, "\001\001\000\000")
            && TIFFSetField(tiff, TIFFTAG_UNIQUECAMERAMODEL, p->exif->model)

@@ -14,21 +14,26 @@ static const struct exif exif = {4, 800, 35, "Maker", "Model 1"};
 
 static struct row {
     const char *name;
-    int cfa[4];
+    const char *cfa;
 } rows[] = {
-    {"rggb", {0, 1, 1, 2}}, {"bggr", {2, 1, 1, 0}}, {"grbg", {1, 0, 2, 1}}, {"gbrg", {1, 2, 0, 1}}};
+    {"rggb", "RGGB"},
+    {"bggr", "BGGR"},
+    {"grbg", "GRBG"},
+    {"gbrg", "GBRG"},
+    {"xtrans", "GBGGRGRGRBGBGBGGRGGRGGBGBGBRGRGRGGBG"},
+};
 enum { ROWS = sizeof rows / sizeof *rows };
 
-static void check(libraw_data_t *raw, const uint16_t *dn, const int cfa[4])
+static void check(libraw_data_t *raw, const uint16_t *dn, const char *cfa)
 {
     assert_int_equal(raw->sizes.raw_width, WIDTH);
     assert_int_equal(raw->sizes.raw_height, HEIGHT);
     for (int y = 0; y < HEIGHT; y++)
         assert_memory_equal(&raw->rawdata.raw_image[y * raw->sizes.raw_pitch / 2], &dn[y * WIDTH],
                             WIDTH * 2);
-    for (int i = 0; i < 4; i++) {  // LibRaw tells the second green apart as 3
-        int colour = libraw_COLOR(raw, i / 2, i % 2);
-        assert_int_equal(colour == 3 ? 1 : colour, cfa[i]);
+    for (int i = 0; i < 36; i++) {  // LibRaw tells Bayer's second green apart as 3
+        int colour = libraw_COLOR(raw, i / 6, i % 6);
+        assert_int_equal(colour == 3 ? 1 : colour, cap_cfa_channel(cfa, i % 6, i / 6));
     }
     assert_near(raw->other.shutter, 1.0 / 64, 1e-9);
     assert_near(raw->other.iso_speed, 800, 0);
@@ -45,7 +50,7 @@ static void test_libraw_reads_it(void **state)
     const struct row *r = *state;
     struct sensor_model sensor = {
         .black_level = 512, .adc_max = 16000, .channel_gain = {0.5, 1, 0.7}, .mosaic = true};
-    memcpy(sensor.cfa, r->cfa, sizeof sensor.cfa);
+    snprintf(sensor.cfa, sizeof sensor.cfa, "%s", r->cfa);
     char path[] = "/tmp/test_dng_XXXXXX.dng";
     assert_int_equal(close(mkstemps(path, 4)), 0);
     static uint16_t dn[WIDTH * HEIGHT], used[WIDTH * HEIGHT];

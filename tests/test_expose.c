@@ -143,11 +143,9 @@ static void test_times_err_as_told(void **state)
 static void test_a_mosaic_sees_one_channel(void **state)
 {
     (void)state;
-    static const int grbg[4] = {1, 0, 2, 1};
     struct scene scene = plain_scene();
     scene.sensor.mosaic = true;
-    for (int i = 0; i < 4; i++)
-        scene.sensor.cfa[i] = grbg[i];
+    strcpy(scene.sensor.cfa, "GRBG");
     for (int i = 0; i < PIXELS; i++) {
         value[3 * i] = 0.5f;
         value[3 * i + 1] = value[3 * i + 2] = 0;

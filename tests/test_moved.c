@@ -22,7 +22,7 @@ static int find_moved(const double dx[FRAMES])
     bool left_out[FRAMES] = {false};
     uint64_t state = 5;
     struct bracket_sample sample[3];
-    struct sample_set set = {.samples = 1, .width = WIDTH, .rows = ROWS, .pitch = 1};
+    struct sample_set set = {.samples = 1, .width = WIDTH, .rows = ROWS};
     struct sensor sensor = {0};
     for (int c = 0; c < 3; c++) {
         for (int f = 0; f < FRAMES; f++) {

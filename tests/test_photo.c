@@ -338,15 +338,15 @@ static void test_what_is_no_photograph_is_refused(void **state)
 {
     (void)state;
     static uint16_t rgb[COUNT];
-    struct tiff_form grey = {16, 1, COMPRESSION_NONE, 0, false, 0};
+    struct tiff_form two = {16, 2, COMPRESSION_NONE, 0, false, 0};
     put_bytes("", 0);
     expect_refused(STATUS_FORMAT, "empty");
     put_bytes("just some text", 14);
     expect_refused(STATUS_FORMAT, "no photograph that can be read");
     put_bytes("II*\0garbage and more", 20);
     expect_refused(STATUS_FORMAT, path);
-    write_tiff(path, rgb, WIDTH, HEIGHT, &grey);
-    expect_refused(STATUS_FORMAT, "not an RGB image");
+    write_tiff(path, rgb, WIDTH, HEIGHT, &two);
+    expect_refused(STATUS_FORMAT, "neither RGB nor gray");
     struct error err = {0};
     struct photo_file *file = NULL;
     assert_int_equal(photo_open(&file, "/tmp", &err), STATUS_IO);

@@ -20,6 +20,26 @@ extern "C" {
 /** The commands of capture/, in one table. */
 extern const struct command cap_commands[];
 
+/* ---- colour filters --------------------------------------------------------------------- */
+
+/** The square cell of a mosaic's colour filters, by rows, in letters R, G and B: "RGGB", the 36 of
+ *  X-Trans. No mosaic: "". */
+enum { CFA_SIDE_MAX = 8, CFA_SIZE = CFA_SIDE_MAX * CFA_SIDE_MAX + 1 };
+/** Is it a cell of 2, 4, 6 or 8 photosites a side? */
+bool cap_cfa_is_valid(const char *cfa);
+/** The cell's side in photosites. Requires a mosaic. */
+static inline int cap_cfa_side(const char *cfa)
+{
+    return !cfa[4] ? 2 : !cfa[16] ? 4 : !cfa[36] ? 6 : 8;
+}
+/** The channel (0 R, 1 G, 2 B) of a mosaic's photosite (x, y). */
+static inline int cap_cfa_channel(const char *cfa, int x, int y)
+{
+    int side = cap_cfa_side(cfa);
+    char letter = side == 2 ? cfa[2 * (y & 1) + (x & 1)] : cfa[side * (y % side) + x % side];
+    return letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
+}
+
 /* ---- capture.yaml ----------------------------------------------------------------------- */
 
 /** A printed tag. size is the side of the black square's outer border; x_axis and y_axis are the
@@ -80,7 +100,9 @@ struct photo {
     int width, height;  // as stored: orientation tags are ignored
     int channels, bits;
     bool encoded;         // gamma encoded (JPEG): a response applies
-    char cfa[5];          // of a mosaic (channels 1): its 2 x 2 cell by rows, "RGGB"; else ""
+    bool decoded;         // a 16-bit file that says it is: its reader makes it linear
+    bool gray;            // the file has one channel, which stands for all three
+    char cfa[CFA_SIZE];   // of a mosaic (channels 1); else ""
     double black, white;  // DN that a raw file states; NAN: it does not
     double exposure_time, aperture, iso, focal_length;  // s, f-number, ISO, mm
     char make[64], model[64], lens[64], taken[32];      // taken: "2026:11:22 10:00:00"
@@ -181,7 +203,7 @@ struct radiance {
     float *value;                // [height][width][channels], full scales per second
     float *variance;             // [height][width][channels], of value
     int channels;                // 3; 1 only from cap_radiance_read_stored() of a mosaic
-    char cfa[5];                 // of a mosaic: its 2 x 2 cell by rows, "RGGB"; else ""
+    char cfa[CFA_SIZE];          // of a mosaic; else ""
     struct radiance_file *file;  // where it stays there (cap_radiance_open): value is NULL then
 };
 
