@@ -7,9 +7,10 @@
 
 /** A tag seen in a view. */
 struct sighting {
-    int view;   // index into calibration->view
-    int place;  // index into capture->tag
-    double corner[4][2];
+    int view;             // index into calibration->view
+    int place;            // index into capture->tag
+    double corner[4][2];  // as fitted through `lens`; see bundle_corner
+    double lens[LENS_PARAMETERS], by_lens[8][LENS_PARAMETERS];  // d corner / d lens; 0: as detected
     double covariance[8][8];  // of corner, px^2; only its shape counts: see bundle_adjust
     double blur;              // of a refined one: variance of the point spread, as in corners.h
     bool refined;             // by corners.h; else as detected
@@ -51,6 +52,9 @@ enum bundle_stage {
  *  STATUS_SOLVER, STATUS_DATA (the sightings do not determine a camera). */
 enum status bundle_adjust(struct bundle *bundle, enum bundle_stage stage, struct error *err);
 
+/** The corners of a sighting, seen through the camera as it is now: the fit of a tag's pattern
+ *  follows the lens that bends its edges. */
+void bundle_corner(const struct camera *camera, const struct sighting *s, double corner[4][2]);
 /** Root mean square distance of the corners of one view (view < 0: of all views of a camera) from
  *  their projections, in pixels, rejected ones left out; 0 where there are none. */
 double bundle_rms(const struct bundle *bundle, int view, int camera);

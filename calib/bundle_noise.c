@@ -16,12 +16,26 @@ bool bundle_placed(const struct tag_place *tag)
     return isfinite(tag->center.x);
 }
 
+void bundle_corner(const struct camera *camera, const struct sighting *s, double corner[4][2])
+{
+    double lens[LENS_PARAMETERS];
+    lens_to_array(lens, camera);
+    for (int i = 0; i < TAG_NUMBERS; i++) {
+        double at = s->corner[i / 2][i % 2];
+        for (int p = 0; p < LENS_PARAMETERS; p++)
+            at += s->by_lens[i][p] * (lens[p] - s->lens[p]);
+        corner[i / 2][i % 2] = at;
+    }
+}
+
 bool bundle_residual(const struct bundle *b, const struct sighting *s, double r[4][2])
 {
     const struct view *view = b->calibration->view + s->view;
     const struct camera *camera = b->calibration->camera + view->camera;
     if (!bundle_placed(b->capture->tag + s->place))
         return false;
+    double corner[4][2];
+    bundle_corner(camera, s, corner);
     mat3 turn = cal_rotation(view->view_from_world.rotation);
     for (int k = 0; k < 4; k++) {
         vec3 world = cap_tag_corner(b->capture->tag + s->place, k);
@@ -31,7 +45,7 @@ bool bundle_residual(const struct bundle *b, const struct sighting *s, double r[
             return false;
         cal_project(camera, p, pixel);
         for (int i = 0; i < 2; i++)
-            r[k][i] = s->corner[k][i] - pixel[i];
+            r[k][i] = corner[k][i] - pixel[i];
     }
     return true;
 }

@@ -1,10 +1,10 @@
 /* bundle_problem.c -- a bundle, said as a least-squares problem: residuals with their derivatives.
  *
  * Method.   Residuals are the eight coordinates of a tag in a view, whitened by the covariance of
- *           its own fit; Cauchy's loss on the eight together, since what goes wrong goes wrong
- *           with a whole tag. A place is six unknowns, a turn about where the tag was at the start
- *           and the centre: the tag's size is never one of them, and so holds the scale. What is
- *           known of places and lenses beforehand are terms of their own.
+ *           its own fit, which follows the lens (corners.h); Cauchy's loss on the eight together,
+ * since what goes wrong goes wrong with a whole tag. A place is six unknowns, a turn about where
+ * the tag was at the start and the centre: the tag's size is never one of them, and so holds the
+ * scale. What is known of places and lenses beforehand are terms of their own.
  */
 #include "bundle_problem.h"
 
@@ -16,7 +16,7 @@
 // One sighting, ready for the solver.
 struct term {
     vec3 arm[4];  // from the tag's centre to its corners, in the world, at the start
-    double pixel[4][2];
+    const struct sighting *sighting;
     double whitener[TAG_NUMBERS][TAG_NUMBERS];  // lower triangular
 };
 
@@ -57,10 +57,13 @@ static bool corner_residual(const struct term *t, int k, double const *const *pa
         return false;
     lens_project(parameters[BY_CAMERA], p, pixel, by_view, by->camera);
     mat3 view_from_world = cal_rotation(vec3_of(parameters[BY_POSE]));
+    const struct sighting *s = t->sighting;
     for (int i = 0; i < 2; i++) {
-        r[i] = t->pixel[k][i] - pixel[i];
-        for (int c = 0; c < LENS_PARAMETERS; c++)
-            by->camera[i][c] = -by->camera[i][c];
+        r[i] = s->corner[k][i] - pixel[i];
+        for (int c = 0; c < LENS_PARAMETERS; c++) {
+            r[i] += s->by_lens[2 * k + i][c] * (parameters[BY_CAMERA][c] - s->lens[c]);
+            by->camera[i][c] = s->by_lens[2 * k + i][c] - by->camera[i][c];
+        }
         double by_world[3];
         for (int j = 0; j < 3; j++) {
             by->pose[i][j] = 0;
@@ -253,7 +256,7 @@ static enum status tag_term(struct term *t, const struct bundle *b, const struct
 {
     const struct tag_place *tag = b->capture->tag + s->place;
     double l[TAG_NUMBERS][TAG_NUMBERS];
-    memcpy(t->pixel, s->corner, sizeof t->pixel);
+    t->sighting = s;
     for (int k = 0; k < 4; k++)
         t->arm[k] = vec3_sub(cap_tag_corner(tag, k), tag->center);
     for (int k = 0; k < TAG_NUMBERS; k++)

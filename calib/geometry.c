@@ -262,7 +262,7 @@ static enum status take_tags(struct geometry *g, struct error *err)
                 continue;
             struct seen_tag *tag = view->tag + view->tags++;
             tag->id = g->board.tag[s->place].id;
-            memcpy(tag->corner, s->corner, sizeof tag->corner);
+            bundle_corner(g->made.camera + view->camera, s, tag->corner);
         }
     }
     return STATUS_OK;

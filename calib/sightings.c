@@ -239,6 +239,8 @@ static bool refine_tag(struct sighting *s, const struct refinement *r, int view,
     *s = (struct sighting){.view = view, .place = place, .blur = fit.blur, .refined = true};
     memcpy(s->corner, fit.corner, sizeof s->corner);
     memcpy(s->covariance, fit.covariance, sizeof s->covariance);
+    memcpy(s->by_lens, fit.by_lens, sizeof s->by_lens);
+    lens_to_array(s->lens, camera);
     return true;
 }
 

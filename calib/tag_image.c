@@ -10,8 +10,6 @@
  */
 #include "tag_image.h"
 
-#include "lens.h"
-
 #include <string.h>
 
 const double tag_image_corner[4][2] = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
@@ -79,6 +77,16 @@ void tag_image_distort(const struct camera *camera, const double q[2], double pi
         pixel[i] = camera->focal[i] * d[i] + camera->center[i];
     pixel_by_q[0][1] *= camera->focal[0] / camera->focal[1];
     pixel_by_q[1][0] *= camera->focal[1] / camera->focal[0];
+}
+
+void tag_image_by_lens(const struct camera *camera, const double q[2],
+                       double pixel_by[2][LENS_PARAMETERS])
+{
+    double parameters[LENS_PARAMETERS], pixel[2];
+    lens_to_array(parameters, camera);
+    const vec3 p = {(q[0] - camera->center[0]) / camera->focal[0],
+                    (q[1] - camera->center[1]) / camera->focal[1], 1};
+    lens_project(parameters, p, pixel, NULL, pixel_by);
 }
 
 // ---- the blurred pattern

@@ -7,6 +7,7 @@
 #define GONIOCAM_TAG_IMAGE_H
 
 #include "calib.h"
+#include "lens.h"
 #include "pattern.h"
 
 struct tag_image {
@@ -29,6 +30,10 @@ void tag_image_apply(const mat3 *h, const double p[2], double out[2], double by_
 void tag_image_undistort(const struct camera *camera, const double pixel[2], double q[2]);
 void tag_image_distort(const struct camera *camera, const double q[2], double pixel[2],
                        double pixel_by_q[2][2]);
+/** How the pixel of a q follows the numbers of the lens, in the order of lens.h, where q is what a
+ *  pinhole with the camera's present focal lengths and centre sees. */
+void tag_image_by_lens(const struct camera *camera, const double q[2],
+                       double pixel_by[2][LENS_PARAMETERS]);
 
 /** Whiteness of the pattern under a photosite (0 black, 1 white), and its derivatives. */
 struct whiteness {

@@ -239,6 +239,70 @@ static void test_fit(void **state)
     free_map(&map);
 }
 
+// A mosaic's photosites measure one channel each, at gains of their own: the same image, and the
+// same corners. The unmeasured channels hold nonsense that nobody may read.
+static void test_a_mosaic(void **state)
+{
+    (void)state;
+    static const float gain[3] = {0.55f, 1, 0.7f};
+    struct radiance map;
+    struct tag_fit whole, mosaic;
+    double expected[4][2];
+    load_pattern("tag36h11");
+    render(&map, 0.4, 0.003);
+    truth(expected);
+    assert_true(corners_fit(&whole, &pattern, &camera, &map, expected));
+    strcpy(map.cfa, "GBRG");
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++)
+            for (int c = 0; c < 3; c++) {
+                int at = 3 * (y * WIDTH + x) + c, own = cap_radiance_channel(&map, x, y);
+                map.value[at] = c == own ? map.value[at] * gain[c] : 7;
+                map.variance[at] *= gain[c] * gain[c];
+            }
+    assert_true(corners_fit(&mosaic, &pattern, &camera, &map, expected));
+    for (int k = 0; k < 4; k++)
+        for (int i = 0; i < 2; i++) {
+            assert_near(mosaic.corner[k][i], expected[k][i], 0.025);
+            // a third of the photosites' noise less averaging: sqrt(3) of the whole image's sigma
+            double sigma = sqrt(mosaic.covariance[2 * k + i][2 * k + i]);
+            assert_true(sigma < 3 * sqrt(whole.covariance[2 * k + i][2 * k + i]));
+        }
+    assert_near(mosaic.blur, whole.blur, 0.02);
+    free_map(&map);
+}
+
+// A fit through a lens that is a little wrong, brought to the right one by its derivative, is the
+// fit through the right one.
+static void test_corners_follow_the_lens(void **state)
+{
+    (void)state;
+    static const double off[LENS_PARAMETERS] = {8, -8, 2, 2, 0.02, 0.2, 2e-3, -2e-3, 3};
+    struct radiance map;
+    struct tag_fit right, wrong;
+    double start[4][2], true_lens[LENS_PARAMETERS], lens[LENS_PARAMETERS];
+    load_pattern("tag36h11");
+    render(&map, 0.4, 1e-4);
+    truth(start);
+    assert_true(corners_fit(&right, &pattern, &camera, &map, start));
+    lens_to_array(true_lens, &camera);
+    for (int p = 0; p < LENS_PARAMETERS; p++) {
+        struct camera bent = camera;
+        double furthest = 0;
+        memcpy(lens, true_lens, sizeof lens);
+        lens[p] += off[p];
+        lens_from_array(&bent, lens);
+        assert_true(corners_fit(&wrong, &pattern, &bent, &map, start));
+        for (int i = 0; i < 8; i++) {
+            double moved = wrong.corner[i / 2][i % 2] - right.corner[i / 2][i % 2];
+            furthest = fmax(furthest, fabs(moved));
+            assert_near(moved - wrong.by_lens[i][p] * off[p], 0, 3e-4 + 0.1 * fabs(moved));
+        }
+        assert_true(furthest > 4e-3);
+    }
+    free_map(&map);
+}
+
 // ---- what must be refused
 
 static void test_refusals(void **state)
@@ -306,6 +370,8 @@ static void test_unknown_families_and_tags_are_named(void **state)
 int main(void)
 {
     const struct CMUnitTest others[] = {
+        cmocka_unit_test(test_a_mosaic),
+        cmocka_unit_test(test_corners_follow_the_lens),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_a_small_thing_on_the_tag_does_not_move_it),
         cmocka_unit_test(test_unknown_families_and_tags_are_named),
