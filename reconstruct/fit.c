@@ -172,13 +172,21 @@ static void tell(struct fit *fit, const struct fitting *t, const struct division
         fit->sigma[k] = sqrt(fit->covariance[k * t->f.size + k]);
 }
 
+// From here on, residuals by sigmas of what is fitted, not of what was measured.
+static void be_near(struct fitting *t, const struct division *d, double (*near)[3])
+{
+    t->f.near = near;
+    rec_fit_come_near(&t->f, d->alls, t->solver);
+}
+
 static enum status fit_one(struct fit *fit, struct fitting *t, const struct model *model,
                            const struct fit_point *points, enum fit_cost cost,
                            const struct division *d, struct error *err)
 {
-    double *scratch = malloc(6 * (size_t)d->alls * sizeof *scratch);
+    double *scratch = malloc(9 * (size_t)d->alls * sizeof *scratch);
     if (!scratch)
         return cap_fail(err, STATUS_MEMORY, "no memory for a fit");
+    double(*near)[3] = (double(*)[3])(scratch + 6 * (size_t)d->alls);
     *t = (struct fitting){.f = rec_fit_model(model, points, cost)};
     *fit = (struct fit){.model = model, .bins = d->alls};
     enum status status = try_starts(t, d, err);
@@ -186,10 +194,12 @@ static enum status fit_one(struct fit *fit, struct fitting *t, const struct mode
         status = descend(t, d->seen, d->seens, 20, NULL, err);
     if (!status) {
         judge(fit, t, d, scratch);
+        be_near(t, d, near);
         status = descend(t, d->all, d->alls, 5, NULL, err);
     }
     if (!status)
         tell(fit, t, d);
+    t->f.near = NULL;
     free(scratch);
     return status;
 }
@@ -281,10 +291,15 @@ static enum status fit_one_again(struct fit *fit, const struct fit_point *points
                                  const struct division *d, struct error *err)
 {
     struct fitting t = {.f = rec_fit_model(fit->model, points, FIT_STATISTICAL)};
+    double(*near)[3] = malloc((size_t)d->alls * sizeof *near);
+    if (!near)
+        return cap_fail(err, STATUS_MEMORY, "no memory for a fit");
     rec_fit_to_solver(&t.f, fit->value, t.solver);
+    be_near(&t, d, near);
     enum status status = descend(&t, d->all, d->alls, 5, NULL, err);
     if (!status)
         tell(fit, &t, d);
+    free(near);
     return status;
 }
 

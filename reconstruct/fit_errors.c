@@ -1,7 +1,8 @@
 /* fit_errors.c -- how far a fit's parameters are known.
  *
  * Method.   Linear propagation at the solution. Noise: the inverse of the normal matrix N = J'J,
- *           enlarged by the residuals' spread where the model misses by more than the sigmas say.
+ *           enlarged by the residuals' spread where the model misses by more than the sigmas say,
+ *           and by what the bent loss gives away.
  *           The calibration's errors move all bins at once, by p (their share of every sigma) or
  *           by a turn of the normal, and the parameters by inv(N) J'p: the two are added squared.
  *           A parameter is known to within its range to begin with, which keeps N regular.
@@ -9,6 +10,10 @@
 #include "fit_model.h"
 
 enum { MAX = MODEL_PARAMETERS_MAX };
+
+// Huber's asymptotic variance of Cauchy's loss over three Gaussian residuals, FIT_BEND sigmas wide:
+// E[|r|^2 w^2]/3 / E[w - 2 |r|^2 w^2/27]^2, w = 1/(1 + |r|^2/9). P. Huber, Robust Statistics, 1981.
+static const double inefficiency = 1.0394;
 
 // The sums over all points that the propagation needs.
 struct normal {
@@ -97,7 +102,7 @@ void rec_fit_covariance(const struct fit_model *f, int picked, const double *sol
     double by_solver[MAX];
     for (int i = 0; i < picked; i++)
         add_point(&sum, &errors, i, solver);
-    double spread = fmax(1, sum.r2 / (3.0 * picked));
+    double spread = inefficiency * fmax(1, sum.r2 / (3.0 * picked));
     for (int k = 0; k < f->size; k++) {
         sum.n[k][k] += 1 / ((f->high[k] - f->low[k]) * (f->high[k] - f->low[k]));
         by_solver[k] = f->logarithm[k] ? exp(solver[k]) : 1;

@@ -1,7 +1,12 @@
 /* fit_model.c -- a model's residuals at fit points.
  *
- * Accuracy. Differences over a step of 1e-6 err by its square root's share of rounding, 1e-10, and
- *           by half a second derivative, 1e-6: slopes steer the descent, and no more hangs on them.
+ * Method.   A logarithm of noisy values is low by half their relative variance, and sigmas that are
+ *           relative to noisy values favour the bright ones by twice as much. So once a fit is
+ * near, the statistical residual is (f - f') over sigma of f, in which what models are allowed is
+ * relative to the near fit: nothing in it but f is noisy. Where f' m is well above e, and f' near
+ * f, that is the logarithm's residual. Accuracy. Differences over a step of 1e-6 err by its square
+ * root's share of rounding, 1e-10, and by half a second derivative, 1e-6: slopes steer the descent,
+ * and no more hangs on them.
  */
 #include "fit_model.h"
 
@@ -66,10 +71,30 @@ int rec_fit_residuals(enum fit_cost cost)
     return cost == FIT_PICTURE ? 2 : 1;
 }
 
-struct fit_value rec_fit_value(const struct fit_point *p, int channel)
+struct fit_value rec_fit_value(const struct fit_model *f, int point, int channel)
 {
-    return (struct fit_value){p->f[channel], p->log_f[channel],      p->sigma[channel],
-                              p->m,          fmax(p->wi.z, p->wo.z), p->shown};
+    const struct fit_point *p = &f->points[point];
+    struct fit_value v = {
+        .f = p->f[channel],
+        .log_f = p->log_f[channel],
+        .sigma = p->sigma[channel],
+        .m = p->m,
+        .cosine = fmax(p->wi.z, p->wo.z),
+        .shown = p->shown,
+    };
+    if (f->near) {
+        double allowed = FIT_MODEL_ERROR * (f->near[point][channel] + FIT_DARK / p->m);
+        v.per_sigma = 1 / hypot(p->error[channel], allowed);
+    }
+    return v;
+}
+
+void rec_fit_come_near(const struct fit_model *f, int count, const double *solver)
+{
+    double value[MODEL_PARAMETERS_MAX];
+    rec_fit_to_model(f, solver, value);
+    for (int i = 0; i < count; i++)
+        f->model->eval(value, f->points[i].wi, f->points[i].wo, f->near[i]);
 }
 
 // As a display shows a value: up to 1 as it is. Beyond, a share of all pictures are under dimmer
@@ -106,6 +131,9 @@ void rec_fit_miss(enum fit_cost cost, const struct fit_value *v, double fitted, 
     } else if (cost == FIT_CUBE_ROOT) {
         *by_f = -v->m;
         *r = (v->f - fitted) * v->m;
+    } else if (cost == FIT_STATISTICAL && v->per_sigma > 0) {
+        *by_f = -v->per_sigma;
+        *r = (v->f - fitted) * v->per_sigma;
     } else {
         double sigma = cost == FIT_LOG ? FIT_LOG_SIGMA : v->sigma;
         *by_f = -v->m / ((fitted * v->m + FIT_DARK) * sigma);
@@ -152,7 +180,7 @@ void rec_fit_residual(const void *context, int i, const double *solver, double *
     }
     const int each = rec_fit_residuals(f->cost), size = f->size;
     for (int c = 2; c >= 0; c--) {  // from the last: rows of slope move apart
-        struct fit_value v = rec_fit_value(p, c);
+        struct fit_value v = rec_fit_value(f, f->pick[i], c);
         double by_f[2] = {0, 0};
         rec_fit_miss(f->cost, &v, fitted[c], &r[c * each], by_f);
         for (int k = 0; slope && k < size; k++) {

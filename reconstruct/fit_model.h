@@ -13,6 +13,8 @@ struct fit_model {
     const struct model *model;
     const struct fit_point *points;
     const int *pick;  // indices into points that take part
+    // f' of a fit that is near, [of points][3], for FIT_STATISTICAL; NULL: none is known yet.
+    double (*near)[3];
     enum fit_cost cost;
     int size;
     bool logarithm[MODEL_PARAMETERS_MAX];
@@ -24,8 +26,9 @@ struct fit_model rec_fit_model(const struct model *model, const struct fit_point
 /** One channel of a point; the residual of a value fitted to it, and its derivative by that. */
 struct fit_value {
     double f, log_f, sigma, m, cosine, shown;
+    double per_sigma;  // 1 / sigma of f, by a near fit; 0: none is known
 };
-struct fit_value rec_fit_value(const struct fit_point *p, int channel);
+struct fit_value rec_fit_value(const struct fit_model *f, int point, int channel);
 /** r and by_f are [rec_fit_residuals(cost)]. */
 void rec_fit_miss(enum fit_cost cost, const struct fit_value *v, double fitted, double *r,
                   double *by_f);
@@ -44,6 +47,8 @@ void rec_fit_to_solver(const struct fit_model *f, const double *model, double *s
  *  derivatives or by differences. The signature is struct least_squares'; context is a struct
  * fit_model. */
 void rec_fit_residual(const void *context, int i, const double *solver, double *r, double *slope);
+/** Take a solution's values for f->near, which must have room; it changes how later fits weigh. */
+void rec_fit_come_near(const struct fit_model *f, int count, const double *solver);
 /** The covariance [size][size] of the model's parameters at a solution: noise, and the
  *  calibration's shared errors. */
 void rec_fit_covariance(const struct fit_model *f, int picked, const double *solver,

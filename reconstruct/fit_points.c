@@ -16,10 +16,6 @@ enum { D_STEP = 6, STRATA = MERL_THETA_H * (MERL_THETA_D / D_STEP), FEWEST = 100
 // Beyond this angle footprints are wide and sigmas rest on the calibration alone.
 static const double grazing = 0.0872;  // cos 85 degrees
 
-// The best any of these models does on a real material, relative: bins measured better than this
-// do not drive a fit. Real materials miss such models by several per cent; Ngan et al. 2005.
-static const double model_error = 0.01;
-
 double rec_fit_log(double f, double m)
 {
     double x = f * m;
@@ -89,9 +85,10 @@ static struct fit_point point_of(const struct bin *b, double stands_for)
     p.shown = stands_for * shown(b, &p);
     for (int c = 0; c < 3; c++) {
         p.f[c] = b->mean[c];
+        p.error[c] = b->sigma[c];
         p.log_f[c] = rec_fit_log(b->mean[c], p.m);
         double by_f = p.m / exp(p.log_f[c]);  // d ln(f m + e) / df
-        p.sigma[c] = hypot(by_f * b->sigma[c], model_error);
+        p.sigma[c] = hypot(by_f * b->sigma[c], FIT_MODEL_ERROR);
         p.systematic[c] = by_f * fabs(b->mean[c]) * b->systematic;
     }
     return p;

@@ -193,7 +193,7 @@ static int see(struct seen *seen, const struct fit_model *f, const int *pick, in
             .a = rec_facet(p->wi, p->wo),
             .theta_i = atan2(hypot(p->wi.x, p->wi.y), p->wi.z),
             .theta_o = atan2(hypot(p->wo.x, p->wo.y), p->wo.z),
-            .of = rec_fit_value(p, channel),
+            .of = rec_fit_value(f, pick[i], channel),
         };
     }
     return n;

@@ -6,7 +6,8 @@
 static void test_derivatives_are_those_of_the_residuals(void **state)
 {
     (void)state;
-    const struct fit_value v = {0.4, rec_fit_log(0.4, 0.5), 0.03, 0.5, 0.8, 1.2};
+    const struct fit_value v = {0.4, rec_fit_log(0.4, 0.5), 0.03, 0.5, 0.8, 1.2,
+                                25};  // the last: a near fit is known
     const double fitted[] = {1e-3, 0.1, 0.39, 0.4, 0.5, 2, 40}, step = 1e-6;
     for (int cost = FIT_STATISTICAL; cost <= FIT_PICTURE; cost++)
         for (int k = 0; k < 7; k++) {
