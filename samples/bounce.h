@@ -1,10 +1,10 @@
-/* bounce.h -- light that board and sample throw on each other, once. */
+/* bounce.h -- light that board and sample throw on each other. */
 #ifndef GONIOCAM_SAMPLES_BOUNCE_H
 #define GONIOCAM_SAMPLES_BOUNCE_H
 
 #include "shade.h"
 
-/** What one bounce adds in one shot: on the sample, radiance towards the camera by the board's
+/** What bounces add in one shot: on the sample, radiance towards the camera by the board's
  *  light; on the board, irradiance by the sample's. Owns its maps; release with sam_bounce_free().
  */
 struct bounce {
@@ -13,7 +13,7 @@ struct bounce {
     double *on_sample;  // [BOUNCE_THETA][BOUNCE_PHI][3], by the normal's angles in that frame
     double *on_board;   // [rows][columns][3] at the world's (x0 + column step, y0 + row step)
     int columns, rows;
-    double x0, y0;
+    double x0, y0, step;
 };
 
 enum { BOUNCE_THETA = 64, BOUNCE_PHI = 128 };

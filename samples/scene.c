@@ -312,7 +312,7 @@ static bool read_all(struct scene *scene, struct doc *doc)
     scene->post.radius = sam_doc_number(doc, post, "radius", 0, 0, 1e6);
     scene->post.albedo = sam_doc_number(doc, post, "albedo", 0.03, 0, 1);
     sam_read_things(&scene->things, doc, sam_doc_get(doc, root, "things"));
-    scene->bounces = sam_doc_int(doc, root, "bounces", 0, 0, 1);
+    scene->bounces = sam_doc_int(doc, root, "bounces", 0, 0, 2);
     if (scene->bounces && scene->sample.place.shape != SHAPE_SPHERE)
         sam_doc_wrong(doc, sam_doc_get(doc, root, "bounces"), "bounces: only around a sphere");
     scene->flat = sam_doc_bool(doc, root, "flat", false);

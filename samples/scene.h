@@ -134,7 +134,7 @@ struct scene {
     struct things things;
     struct scene_shot *shot;  // [shots]
     int shots;
-    int bounces;           // of light between board and sample: 0 or 1
+    int bounces;           // of light between board and sample: 0 to 2
     double ambient[3];     // radiance that comes from everywhere, lamp on or off
     bool flat, dark;       // write a frame of an even wall; one of darkness
     bool ambient_frame;    // and one of the first shot's view without the lamp
