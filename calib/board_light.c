@@ -12,6 +12,7 @@
  *           Cells are a fiftieth of the board: fine for lobes wider than a few degrees.
  */
 #include "board_light.h"
+#include "sample_light.h"
 #include "view_map.h"
 
 #include <float.h>
@@ -26,6 +27,8 @@ static const double NIGHT = 0.15;       // sine of the lamp's height below a nig
 static const double SNR_NIGHT = 5;      // of the light that is due there, for its ratio to count
 static const double MODEL = 0.05;       // what the lobe and the cells leave, relative
 static const double FAINT = 0.02;       // a night side darker than this part of what is due is dark
+static const double CELL_ANGLE = 0.12;  // rad, of a cell some 40 mm away
+static const double MIRRORED = 0.14;    // and where a mirror shows it
 static const double UNTOLD = 0.15;      // sigma of the strength where no night side is seen
 
 /** A rectangle of board. */
@@ -352,6 +355,10 @@ enum status cal_board_light_strength(struct calibration *c, const struct facets 
         // Half the quartiles' distance; and the errors of one view are one error.
         double scatter = 0.74 * (ratio[3 * n / 4] - ratio[n / 4]);
         s->sigma_strength = hypot(scatter / sqrt(c->views), MODEL * s->strength);
+        if (s->peak_unknown && s->strength > 0) {  // what it mirrors of the board is not known
+            s->strength = 1;
+            s->sigma_strength = MIRRORED;
+        }
     }
     free(ratio);
     return STATUS_OK;
@@ -364,102 +371,70 @@ bool cal_board_light_told(const struct calibration *c)
 
 /* ---- light between board and sample ---------------------------------------------------------- */
 
-void cal_bounce_parts(const struct calibration *c, int view, vec3 point, vec3 normal, vec3 wo,
-                      double matte[3], double gloss[3])
+/** What a mirror in the sample's place shows of the board, blurred by what a cell fills of it. */
+static void add_mirrored(const struct surroundings *s, const struct glow *glow, vec3 point,
+                         vec3 normal, vec3 wo, double power, double sum[3])
 {
-    memset(matte, 0, sizeof(double[3]));
-    memset(gloss, 0, sizeof(double[3]));
+    double cos_o = vec3_dot(wo, normal);
+    vec3 mirror = vec3_sub(vec3_scale(normal, 2 * cos_o), wo);
+    const double sharp = 1 / (CELL_ANGLE * CELL_ANGLE);
+    for (int i = 0; i < s->count; i++) {
+        vec3 to = vec3_sub(glow[i].point, point);
+        double r2 = vec3_dot(to, to), r = sqrt(r2), down = -vec3_dot(to, glow[i].normal);
+        double off = 1 - vec3_dot(to, mirror) / r;
+        if (down <= 0 || off * sharp > 12 || vec3_dot(to, normal) <= 0)
+            continue;
+        double seen = sharp / (2 * CAP_PI) * exp(-off * sharp) * down * glow[i].side * glow[i].side
+                      / (r2 * r) * power;
+        for (int k = 0; k < 3; k++)
+            sum[k] += glow[i].radiance[k] * seen;
+    }
+}
+
+void cal_bounce_kinds(const struct calibration *c, int view, vec3 point, vec3 normal, vec3 wo,
+                      double radiance[ECHOES][3])
+{
+    memset(radiance, 0, sizeof(double[ECHOES][3]));
     const struct surroundings *s = &c->surroundings;
     if (s->count == 0 || !s->has_lobe || s->strength == 0)
         return;
     const struct glow *glow = s->glow + (size_t)c->view[view].light * (size_t)s->count;
     double cos_o = vec3_dot(wo, normal), power = c->view[view].power * s->strength;
+    const bool narrow = 2 * s->lobe.gloss_width < CELL_ANGLE;
     for (int i = 0; i < s->count; i++) {
         vec3 to = vec3_sub(glow[i].point, point);
         double up = vec3_dot(to, normal), down = -vec3_dot(to, glow[i].normal);
         if (up <= 0 || down <= 0)
             continue;
         double r2 = vec3_dot(to, to), f[3];
+        double form = up * down * glow[i].side * glow[i].side / (r2 * r2) * power;
+        for (int k = 0; k < 3; k++)
+            radiance[ECHO_MATTE][k] += (double)s->lobe.matte[k] * glow[i].radiance[k] * form;
+        if (narrow)
+            continue;
         vec3 wi = vec3_scale(to, 1 / sqrt(r2)), h = vec3_normalize(vec3_add(wi, wo));
         cal_lobe_lookup(&s->lobe, up / sqrt(r2), cos_o, vec3_dot(h, normal), vec3_dot(wi, h), f);
-        double form = up * down * glow[i].side * glow[i].side / (r2 * r2) * power;
-        for (int k = 0; k < 3; k++) {
-            double light = glow[i].radiance[k] * form;
-            matte[k] += s->lobe.diffuse[k] * light;
-            gloss[k] += (f[k] - s->lobe.diffuse[k]) * light;
-        }
+        for (int k = 0; k < 3; k++)
+            radiance[ECHO_GLOSS][k] +=
+                (f[k] - (double)s->lobe.matte[k]) * glow[i].radiance[k] * form;
+    }
+    if (!narrow && !s->peak_unknown)
+        return;
+    double shown[3] = {0}, albedo[3], rise = cal_rise(cos_o);
+    add_mirrored(s, glow, point, normal, wo, power, shown);
+    cal_lobe_gloss_albedo(&s->lobe, cos_o, albedo);
+    for (int k = 0; k < 3; k++) {
+        radiance[ECHO_GLOSS][k] += narrow ? albedo[k] * shown[k] : 0;
+        radiance[ECHO_MIRROR + k][k] = s->peak_unknown ? (1 - rise) * shown[k] : 0;
+        radiance[ECHO_RIM][k] = s->peak_unknown ? rise * shown[k] : 0;
     }
 }
 
 void cal_bounce(const struct calibration *c, int view, vec3 point, vec3 normal, vec3 wo,
                 double radiance[3])
 {
-    double gloss[3];
-    cal_bounce_parts(c, view, point, normal, wo, radiance, gloss);
+    double kinds[ECHOES][3];
+    cal_bounce_kinds(c, view, point, normal, wo, kinds);
     for (int k = 0; k < 3; k++)
-        radiance[k] += gloss[k];
-}
-
-enum status cal_twice_bounced(double (**radiance)[3], const struct calibration *c, struct run *run,
-                              struct error *err)
-{
-    const struct surroundings *s = &c->surroundings;
-    const int all = c->lamps * SOLID_POINTS;
-    double(*found)[3] = calloc((size_t)all, sizeof *found);
-    if (!found)
-        return cap_fail(err, STATUS_MEMORY, "the sample's light under %d lamps", c->lamps);
-#pragma omp parallel for schedule(static) num_threads(run->threads)
-    for (int k = 0; k < all; k++) {
-        const struct glow *glow = s->glow + (size_t)(k / SOLID_POINTS) * (size_t)s->count;
-        vec3 point, normal;
-        double area;
-        cal_solid_point(&c->sample, k % SOLID_POINTS, &point, &normal, &area);
-        for (int i = 0; i < s->count; i++) {
-            vec3 to = vec3_sub(glow[i].point, point);
-            double up = vec3_dot(to, normal), down = -vec3_dot(to, glow[i].normal);
-            double r2 = vec3_dot(to, to),
-                   form = up * down * glow[i].side * glow[i].side / (r2 * r2);
-            for (int a = 0; a < 3 && up > 0 && down > 0; a++)
-                found[k][a] += s->strength * s->lobe.diffuse[a] * glow[i].radiance[a] * form;
-        }
-    }
-    *radiance = found;
-    return STATUS_OK;
-}
-
-void cal_sample_light(const struct calibration *c, const double (*twice)[3], int view, vec3 point,
-                      vec3 normal, double matte[3], double gloss[3])
-{
-    memset(matte, 0, sizeof(double[3]));
-    memset(gloss, 0, sizeof(double[3]));
-    const struct sample *s = &c->sample;
-    if (!c->surroundings.has_lobe || s->shape == SHAPE_NONE)
-        return;
-    const struct lamp *lamp = &c->lamp[c->view[view].light];
-    const pose place = c->view[view].view_from_world;
-    double power = c->view[view].power * c->surroundings.strength;
-    for (int i = 0; i < SOLID_POINTS; i++) {
-        double falloff, area;
-        vec3 p, n;
-        cal_solid_point(s, i, &p, &n, &area);
-        vec3 to = vec3_sub(point, p), wi = cal_lamp_way(lamp, place, p, &falloff);
-        double out = vec3_dot(to, n), in = vec3_dot(wi, n), down = -vec3_dot(to, normal);
-        if (out <= 0 || down <= 0)
-            continue;
-        double r2 = vec3_dot(to, to), f[3], seen = out * down * area / (r2 * r2) * power / CAP_PI;
-        for (int k = 0; twice && k < 3; k++)
-            matte[k] += twice[c->view[view].light * SOLID_POINTS + i][k] * seen;
-        if (in <= 0)
-            continue;
-        vec3 wo = vec3_scale(to, 1 / sqrt(r2));
-        vec3 h = vec3_normalize(vec3_add(wi, wo));
-        cal_lobe_lookup(&c->surroundings.lobe, in, out / sqrt(r2), vec3_dot(h, n), vec3_dot(wi, h),
-                        f);
-        for (int k = 0; k < 3; k++) {
-            double light = lamp->intensity[k] * in * falloff * seen,
-                   diffuse = c->surroundings.lobe.diffuse[k];
-            matte[k] += diffuse * light;
-            gloss[k] += (f[k] - diffuse) * light;
-        }
-    }
+        radiance[k] = kinds[ECHO_MATTE][k] + kinds[ECHO_GLOSS][k];
 }

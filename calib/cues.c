@@ -41,10 +41,11 @@ static enum status shading(struct calibration *c, const struct capture *capture,
                            struct error *err)
 {
     struct calibration copy;
+    const struct lamp_evidence evidence = {.board = board, .sample = sample, .doubt = 1};
     enum status status = STATUS_OK;
     if (!copy_of(&copy, c))
         status = cap_fail(err, STATUS_MEMORY, "%d views", c->views);
-    else if (!cal_lamp_fit(&copy, capture, board, sample, 1, false, NULL, NULL))
+    else if (!cal_lamp_fit(&copy, capture, &evidence, false, NULL, NULL))
         for (int l = 0; l < c->lamps; l++) {
             struct lamp_cue *found = &copy.lamp[l].cue[CUE_JOINT];
             if (found->sigma_distance > 0.5 * found->distance)
@@ -87,7 +88,7 @@ static struct lamp_cue mean_of(const vec3 *direction, const double *sigma, int n
     return cue;
 }
 
-static enum status highlights(struct calibration *c, int l, const struct seen_highlight *highlight,
+enum status cal_highlight_cue(struct calibration *c, int l, const struct seen_highlight *highlight,
                               struct error *err)
 {
     struct lamp *lamp = &c->lamp[l];
@@ -145,23 +146,22 @@ enum status cal_cues(struct calibration *c, const struct capture *capture,
                      const struct facets *board, const struct facets *sample,
                      const struct seen_highlight *highlight, struct run *run, struct error *err)
 {
-    const struct facets none = {0};
     enum status status = STATUS_OK;
 #pragma omp parallel for schedule(static, 1) num_threads(run->threads)
     for (int cue = CUE_BOARD; cue <= CUE_SAMPLE; cue++) {  // each writes its own entry of a lamp
         struct error own = {0};
         enum status s = STATUS_OK;
         if (cue == CUE_BOARD)
-            s = shading(c, capture, CUE_BOARD, board, &none, &own);
+            s = shading(c, capture, CUE_BOARD, board, NULL, &own);
         else if (sample->count)
-            s = shading(c, capture, CUE_SAMPLE, &none, sample, &own);
+            s = shading(c, capture, CUE_SAMPLE, NULL, sample, &own);
         if (s) {
 #pragma omp critical(cues_error)
             status = cap_fail(err, s, "%s", own.text);
         }
     }
     for (int l = 0; l < c->lamps && !status; l++) {
-        status = highlights(c, l, highlight, err);
+        status = cal_highlight_cue(c, l, highlight, err);
         if (!status)
             compare(&c->lamp[l], run);
     }

@@ -4,11 +4,9 @@
 
 #include "lamp.h"
 
-/** A highlight seen in a view; sigma 0: there is none. */
-struct seen_highlight {
-    vec3 wi, point;  // world
-    double sigma;    // of wi, rad
-};
+/** Fill a lamp's CUE_HIGHLIGHT. It lies as far from the sample as CUE_JOINT. STATUS_MEMORY. */
+enum status cal_highlight_cue(struct calibration *c, int lamp,
+                              const struct seen_highlight *highlight, struct error *err);
 
 /** Fill the cues of all lamps of a finished calibration; warn of those that disagree with the
  *  joint answer beyond three sigmas of both. highlight is [views]. STATUS_MEMORY. */

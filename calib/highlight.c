@@ -19,7 +19,8 @@ static const double RIM = 0.95;        // of the radius: beyond, all surfaces tu
 static const double AREA_MAX = 0.03;   // of the disc: wider is shading, not a highlight
 static const double CONTRAST_MIN = 2;  // of peak and median
 static const double CORE = 0.92, CORE_PX = 4, HALF = 0.5;  // a smaller core has no middle
-static const double ASYMMETRY = 0.15, CENTROID_PX = 0.1;
+static const double SMALL = 0.08;                          // of the radius: a facet is 1/14
+static const double ASYMMETRY = 1, CENTROID_PX = 0.1;
 
 /** The disc cut out of a map, in gray. */
 struct disc {
@@ -152,7 +153,7 @@ vec3 cal_mirror(vec3 normal, vec3 wo)
     return vec3_sub(vec3_scale(normal, 2 * vec3_dot(normal, wo)), wo);
 }
 
-bool cal_highlight_lamp(vec3 *wi, vec3 *point, double *sigma, const struct radiance *map,
+bool cal_highlight_lamp(struct seen_highlight *seen, const struct radiance *map,
                         const struct calibration *c, int v)
 {
     const struct view *view = &c->view[v];
@@ -174,11 +175,17 @@ bool cal_highlight_lamp(vec3 *wi, vec3 *point, double *sigma, const struct radia
     double under = along * along - vec3_dot(to, to) + s->radius * s->radius;
     if (under <= 0)
         return false;
-    *point = vec3_add(eye, vec3_scale(ray, along - sqrt(under)));
-    vec3 normal = vec3_scale(vec3_sub(*point, s->center), 1 / s->radius);
-    *wi = cal_mirror(normal, vec3_scale(ray, -1));
-    // A step of one pixel turns the normal by 1/(px cos) and the mirrored ray by twice that.
-    double slope = 2 / (px * fmax(-vec3_dot(normal, ray), 0.1));
-    *sigma = slope * hypot(CENTROID_PX, ASYMMETRY * h.radius);
+    vec3 point = vec3_add(eye, vec3_scale(ray, along - sqrt(under)));
+    vec3 normal = vec3_scale(vec3_sub(point, s->center), 1 / s->radius), wo = vec3_scale(ray, -1);
+    // A step of one pixel turns the normal by 1/(px cos) and the mirrored ray by twice that. A lobe
+    // of half width w, times what changes by e^(a theta), has its middle a w^2/2 off.
+    double cosine = fmax(vec3_dot(normal, wo), 0.1), turn = 1 / (px * cosine);
+    double width = h.radius * turn;
+    double sigma = 2 * hypot(CENTROID_PX * turn, ASYMMETRY / cosine * width * width);
+    float unused[3], variance[3];
+    cap_radiance_at(map, (int)(h.pixel[0] + 0.5), (int)(h.pixel[1] + 0.5), unused, variance);
+    bool known = isfinite(variance[0]) && isfinite(variance[1]) && isfinite(variance[2]);
+    *seen = (struct seen_highlight){cal_mirror(normal, wo), point, wo, sigma, !known,
+                                    h.radius < SMALL * px};
     return true;
 }

@@ -2,7 +2,7 @@
 #ifndef GONIOCAM_HIGHLIGHT_H
 #define GONIOCAM_HIGHLIGHT_H
 
-#include "calib.h"
+#include "lamp.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -20,9 +20,9 @@ bool cal_highlight_find(struct highlight *h, const struct radiance *map, const d
 /** Direction to what a mirror with a unit normal shows in the unit direction wo. */
 vec3 cal_mirror(vec3 normal, vec3 wo);
 
-/** The direction to the lamp in a view, and the point of the sample (a sphere) that mirrors it;
- *  sigma [rad]: noise and asymmetry of a wide lobe. false: no highlight, or not on the sample. */
-bool cal_highlight_lamp(vec3 *wi, vec3 *point, double *sigma, const struct radiance *map,
+/** The highlight on the sample (a sphere) in a view, and the direction to the lamp by it; its sigma
+ *  holds noise and the asymmetry of a wide lobe. false: no highlight, or not on the sample. */
+bool cal_highlight_lamp(struct seen_highlight *seen, const struct radiance *map,
                         const struct calibration *calibration, int view);
 
 #ifdef __cplusplus

@@ -23,15 +23,35 @@ struct sample_shift {
     double misfit;           // of ln radiance: how far the sample is off what the fit says
 };
 
+/** A highlight seen in a view; sigma 0: there is none. */
+struct seen_highlight {
+    vec3 wi, point, to_eye;  // world; point on the sample, a sphere
+    double sigma;            // of wi, rad
+    bool saturated, small;   // too small for facets to show its middle
+};
+/** What tells of the lamps. NULL: nothing of that kind. */
+struct lamp_evidence {
+    const struct facets *board, *sample;
+    const struct seen_highlight *highlight;  // [views]
+    // 1: none. More makes the sample's sigmas larger: then its facets hardly move the lamps, but
+    // its lobe is found all the same.
+    double doubt;
+};
 /** Place and intensity of all lamps, the power of all views and (without a flat frame) the
- *  vignetting, jointly, from board facets and sample facets (count 0: from the board alone).
- *  doubt (1: none) makes the sample's sigmas larger: then it hardly moves the lamps, but its lobe
- *  is found all the same. may_be_far: a lamp whose distance the facets do not determine is put at
- * infinity. The sample's centre may move within its sigma_center: *shift (may be NULL) tells where
- * to; the sample itself stays, so that fits can follow each other. */
+ *  vignetting, jointly. may_be_far: a lamp whose distance the facets do not determine is put at
+ *  infinity. The sample's centre may move within its sigma_center: *shift (may be NULL) tells where
+ *  to; the sample itself stays, so that fits can follow each other. */
 enum status cal_lamp_fit(struct calibration *calibration, const struct capture *capture,
-                         const struct facets *board, const struct facets *sample, double doubt,
-                         bool may_be_far, struct sample_shift *shift, struct error *err);
+                         const struct lamp_evidence *evidence, bool may_be_far,
+                         struct sample_shift *shift, struct error *err);
+/** The same of board, sample and highlights with the light that goes between board and sample
+ *  taken out: by turns that light is measured (cal_board_light) and the lamps are fitted, until
+ *  they stay. Writes the facets' log_value, sigma and echo. */
+enum status cal_lamp_fit_bounced(struct calibration *calibration, const struct capture *capture,
+                                 struct facets *board, struct facets *sample,
+                                 const struct seen_highlight *highlight, double doubt,
+                                 const char *out, struct sample_shift *shift, struct run *run,
+                                 struct error *err);
 
 /** What is known of the lamps on the way. Begin, end, free. */
 struct lamp_search {

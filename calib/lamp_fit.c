@@ -34,6 +34,11 @@ static const double POWER_PRIOR = 0.5;  // of ln k: a lamp does not double its l
 // Of a lamp's numbers, so weak that it matters only where nothing else tells: a flat board under a
 // lamp at infinity is lit alike from everywhere.
 static const double PLACE_PRIOR[3] = {1, 1, 10};
+// Of light between board and sample, in its kinds, beside the strength of all such light. Of the
+// gloss there may be none: renderers leave out what it throws onto the board (caustics). A mirror's
+// reflectance is anything up to 1, where its highlight is not measured.
+static const double ECHO_PRIOR[ECHOES] = {0.05, 1, 1, 0.5, 0.5, 0.5, 1};
+static const double NO_MIRROR = 1e-6;
 static const double FAR_SIGMAS = 3;
 static const double SETTLED = 0.1;                    // of the logarithm of such a scale
 static const double SCALE_MIN = 0.1, SCALE_MAX = 10;  // of a material's sigmas, by its residuals
@@ -90,6 +95,7 @@ static bool observe(struct observation *o, const struct facet *f, const struct l
         double noise = f->noise[k] / f->mean[k], floor = board ? FLOOR_BOARD : FLOOR_SAMPLE;
         double model = hypot(sqrt(fmax(f->sigma[k] * f->sigma[k] - noise * noise, 0)), floor);
         o->sigma[k] = hypot(noise, s->scale[o->kind] * model) * (board ? 1 : s->doubt);
+        o->sigma[k] = hypot(o->sigma[k], f->doubt[k]);
     }
     return true;
 }
@@ -104,7 +110,8 @@ struct problem {
     struct ceres_parameter *parameter;
     bool *held;  // all true, room for the largest block
     int terms, parameters;
-    int at_intensity, at_power, at_vignetting, at_paper, at_lobe, at_shift;  // first indices
+    int at_intensity, at_power, at_vignetting, at_paper, at_lobe, at_echo, at_lit,
+        at_shift;  // first
 };
 
 static void problem_free(struct problem *p)
@@ -148,6 +155,14 @@ static void add_parameters(struct problem *p, struct lamp_state *s, const struct
     p->at_lobe = n;
     p->parameter[n++] = (struct ceres_parameter){
         .value = s->lobe, .size = LOBE_SIZE, .held = has_sample ? NULL : hold};
+    p->at_echo = n;
+    p->parameter[n++] = (struct ceres_parameter){
+        .value = s->echo, .size = ECHOES, .held = c->surroundings.strength > 0 ? NULL : hold};
+    p->at_lit = n;
+    p->parameter[n++] =
+        (struct ceres_parameter){.value = s->lit,
+                                 .size = ECHOES,
+                                 .held = has_sample && c->surroundings.strength > 0 ? NULL : hold};
     p->at_shift = n;
     p->parameter[n++] = (struct ceres_parameter){
         .value = s->shift,
@@ -176,13 +191,43 @@ static void add_facet(struct problem *p, const struct facet *f, const struct lam
     if (!observe(o, f, s, c, capture))
         return;
     const struct view *view = &c->view[f->view];
-    const int block[6] = {view->light,
-                          p->at_intensity + view->light,
-                          p->at_power + f->view,
-                          p->at_vignetting + view->camera,
-                          o->kind == KIND_PAPER ? p->at_paper : p->at_lobe,
-                          p->at_shift};
-    add_term(p, cal_lamp_evaluate, 3, OUTLIER, 4 + o->kind - KIND_PATCH, block);
+    int block[CERES_TERM_PARAMETERS] = {view->light, p->at_intensity + view->light,
+                                        p->at_power + f->view, p->at_vignetting + view->camera};
+    int blocks = 4;
+    if (o->kind == KIND_SAMPLE)
+        block[blocks++] = p->at_lobe;
+    if (o->kind == KIND_PAPER)
+        block[blocks++] = p->at_paper;
+    if (o->kind == KIND_SAMPLE)
+        block[blocks++] = p->at_shift;
+    block[blocks++] = o->kind == KIND_SAMPLE ? p->at_lit : p->at_echo;
+    add_term(p, cal_lamp_evaluate, 3, OUTLIER, blocks, block);
+}
+
+/** What a sphere mirrors of the lamp in a view. */
+static void add_highlight(struct problem *p, const struct seen_highlight *h, int v,
+                          const struct lamp_state *s, const struct calibration *c)
+{
+    const struct view *view = &c->view[v];
+    const struct lamp *lamp = &c->lamp[view->light];
+    const pose at = view->view_from_world;
+    struct observation *o = &p->observation[p->terms];
+    if (h->sigma <= 0)
+        return;
+    vec3 normal = vec3_scale(vec3_sub(h->point, c->sample.center), 1 / c->sample.radius);
+    *o = (struct observation){.kind = KIND_HIGHLIGHT,
+                              .chart = &s->chart[view->light],
+                              .point = cal_lamp_frame(lamp, at, h->point),
+                              .normal = cal_lamp_frame_direction(lamp, at, normal),
+                              .to_eye = cal_lamp_frame_direction(lamp, at, h->to_eye),
+                              .wi = cal_lamp_frame_direction(lamp, at, h->wi),
+                              .radius = c->sample.radius,
+                              .sigma = {h->sigma},
+                              .view = v};
+    for (int k = 0; k < 3; k++)
+        o->axis[k] = cal_lamp_frame_direction(lamp, at, (vec3){k == 0, k == 1, k == 2});
+    const int block[2] = {view->light, p->at_shift};
+    add_term(p, cal_lamp_evaluate_highlight, 2, OUTLIER, 2, block);
 }
 
 /** Paper that no facet shows has no reflectance to find. */
@@ -210,6 +255,18 @@ static void add_priors(struct problem *p, const struct calibration *c)
         for (int k = 0; k < SHIFTS; k++)
             o->sigma[k] = fmax(c->sample.sigma_center[k], 1e-6);
         add_term(p, cal_lamp_evaluate_zero_prior, SHIFTS, 0, 1, &p->at_shift);
+    }
+    for (int k = 0; k < 2; k++) {
+        const int block = k ? p->at_lit : p->at_echo;
+        if (p->parameter[block].held)
+            continue;
+        p->observation[p->terms] = (struct observation){.kind = KIND_ECHO_PRIOR};
+        double *sigma = p->observation[p->terms].sigma;
+        for (int e = 0; e < ECHOES; e++)
+            sigma[e] = e >= ECHO_MIRROR && !c->surroundings.peak_unknown
+                           ? NO_MIRROR
+                           : hypot(ECHO_PRIOR[e], c->surroundings.sigma_strength);
+        add_term(p, cal_lamp_evaluate_zero_prior, ECHOES, 0, 1, &block);
     }
     for (int k = 0; k < c->cameras && !p->parameter[p->at_vignetting].held; k++) {
         int block = p->at_vignetting + k;
@@ -282,7 +339,7 @@ static enum status spread_of(struct lamp_spread *spread, const struct problem *p
                              : cap_fail(err, STATUS_MEMORY, "the covariance of %zu numbers", n);
     for (int t = 0; !status && t < p->terms; t++) {
         const struct observation *o = p->term[t].context;
-        cluster[t] = o->facet ? o->view : -1;
+        cluster[t] = o->facet || o->kind == KIND_HIGHLIGHT ? o->view : -1;
     }
     if (!status)
         status = cal_sandwich_covariance(spread->covariance, problem, cluster, views, err);
@@ -292,11 +349,14 @@ static enum status spread_of(struct lamp_spread *spread, const struct problem *p
 
 /** One solution from the facets that the present lamps light. */
 static enum status solve(struct calibration *c, struct lamp_state *s, const struct capture *capture,
-                         const struct facets *board, const struct facets *sample,
-                         struct sample_shift *shift, bool *settled, struct error *err)
+                         const struct lamp_evidence *e, struct sample_shift *shift, bool *settled,
+                         struct error *err)
 {
-    size_t terms = (size_t)(board->count + sample->count + c->views + c->cameras + c->lamps + 2);
-    size_t blocks = (size_t)(2 * c->lamps + c->views + c->cameras + 3);
+    const struct facets none = {0}, *board = e->board ? e->board : &none;
+    const struct facets *sample = e->sample ? e->sample : &none;
+    size_t terms =
+        (size_t)(board->count + sample->count + 2 * c->views + c->cameras + c->lamps + 4);
+    size_t blocks = (size_t)(2 * c->lamps + c->views + c->cameras + 5);
     struct problem p = {.observation = calloc(terms, sizeof *p.observation),
                         .term = calloc(terms, sizeof *p.term),
                         .parameter = calloc(blocks, sizeof *p.parameter),
@@ -313,6 +373,8 @@ static enum status solve(struct calibration *c, struct lamp_state *s, const stru
         add_facet(&p, &board->facet[i], s, c, capture);
     for (int i = 0; i < sample->count; i++)
         add_facet(&p, &sample->facet[i], s, c, capture);
+    for (int v = 0; e->highlight && v < c->views; v++)
+        add_highlight(&p, &e->highlight[v], v, s, c);
     hold_unseen_paper(&p);
     add_priors(&p, c);
     struct ceres_problem problem = {.parameter = p.parameter,
@@ -352,20 +414,20 @@ static int send_away(struct lamp_state *s, int lamps)
 }
 
 enum status cal_lamp_fit(struct calibration *c, const struct capture *capture,
-                         const struct facets *board, const struct facets *sample, double doubt,
-                         bool may_be_far, struct sample_shift *shift, struct error *err)
+                         const struct lamp_evidence *evidence, bool may_be_far,
+                         struct sample_shift *shift, struct error *err)
 {
     struct lamp_state s;
     struct sample_shift moved = {0};
     enum status status = STATUS_OK;
-    if (!lamp_state_make(&s, c, SCALE_MAX) || !lamp_state_start(&s, c, capture, board, sample))
+    if (!lamp_state_make(&s, c, SCALE_MAX) || !lamp_state_start(&s, c, capture, evidence))
         status = cap_fail(err, STATUS_MEMORY, "lamps of %d views", c->views);
     bool settled = false;
-    s.doubt = doubt;
+    s.doubt = evidence->doubt;
     for (int round = 0; round < ROUNDS && !settled && !status; round++)
-        status = solve(c, &s, capture, board, sample, &moved, &settled, err);
+        status = solve(c, &s, capture, evidence, &moved, &settled, err);
     if (!status && may_be_far && send_away(&s, c->lamps) > 0)
-        status = solve(c, &s, capture, board, sample, &moved, &settled, err);
+        status = solve(c, &s, capture, evidence, &moved, &settled, err);
     moved.misfit = s.misfit;
     if (!status && shift)
         *shift = moved;

@@ -171,13 +171,18 @@ bool cal_lamp_evaluate(const void *context, double const *const *block, double *
         if (jacobian && jacobian[0])
             sample_by_place(o, block[4], block[0], sample_by_x);
     }
+    const int at_echo = o->kind == KIND_PATCH ? 4 : o->kind == KIND_PAPER ? 5 : 6;
     for (int c = 0; c < 3; c++) {
         const double s = -1 / o->sigma[c];
-        residual[c] =
-            -s
-            * (o->facet->log_value[c] - block[1][c] - block[2][0] - log_f[c] - geometry - log(v));
+        double value = o->facet->log_value[c];
+        for (int e = 0; e < ECHOES; e++)
+            value -= o->facet->echo[e][c] * block[at_echo][e];
+        residual[c] = -s * (value - block[1][c] - block[2][0] - log_f[c] - geometry - log(v));
         if (!jacobian)
             continue;
+        if (jacobian[at_echo])
+            for (int e = 0; e < ECHOES; e++)
+                jacobian[at_echo][ECHOES * c + e] = s * o->facet->echo[e][c];
         if (jacobian[0])
             for (int a = 0; a < 3; a++)
                 jacobian[0][3 * c + a] = s * (by_x[a] + sample_by_x[c][a]);
@@ -200,6 +205,41 @@ bool cal_lamp_evaluate(const void *context, double const *const *block, double *
     return true;
 }
 
+/** From the lamp at x to what a sample that is off by shift mirrors, along two axes across wi. */
+static void highlight_off(const struct observation *o, const double x[3],
+                          const double shift[SHIFTS], double off[2])
+{
+    struct observation m = moved(o, shift);
+    vec3 unused[3], lamp = vec3_normalize(way_to(o->chart, x, m.point, unused));
+    vec3 mirror = vec3_sub(vec3_scale(m.normal, 2 * vec3_dot(m.normal, o->to_eye)), o->to_eye);
+    vec3 away = fabs(o->wi.z) < 0.8 ? (vec3){0, 0, 1} : (vec3){1, 0, 0};
+    vec3 u = vec3_normalize(vec3_cross(away, o->wi)), v = vec3_cross(o->wi, u);
+    vec3 d = vec3_sub(mirror, lamp);
+    off[0] = vec3_dot(d, u) / o->sigma[0];
+    off[1] = vec3_dot(d, v) / o->sigma[0];
+}
+
+bool cal_lamp_evaluate_highlight(const void *context, double const *const *block, double *residual,
+                                 double **jacobian)
+{
+    const struct observation *o = context;
+    highlight_off(o, block[0], block[1], residual);
+    const double step[2] = {1e-5, 1e-5 * o->radius};
+    for (int b = 0; jacobian && b < 2; b++)
+        for (int a = 0; jacobian[b] && a < 3; a++) {
+            double at[2][3], high[2], low[2];
+            memcpy(at[0], block[0], sizeof at[0]);
+            memcpy(at[1], block[1], sizeof at[1]);
+            at[b][a] += step[b];
+            highlight_off(o, at[0], at[1], high);
+            at[b][a] -= 2 * step[b];
+            highlight_off(o, at[0], at[1], low);
+            for (int k = 0; k < 2; k++)
+                jacobian[b][3 * k + a] = (high[k] - low[k]) / (2 * step[b]);
+        }
+    return true;
+}
+
 bool cal_lamp_evaluate_lobe_prior(const void *context, double const *const *block, double *residual,
                                   double **jacobian)
 {
@@ -212,8 +252,10 @@ bool cal_lamp_evaluate_zero_prior(const void *context, double const *const *bloc
                                   double **jacobian)
 {
     const struct observation *o = context;
-    bool three = o->kind == KIND_SHAPE_PRIOR || o->kind == KIND_PLACE_PRIOR;
-    int n = three ? 3 : o->kind == KIND_VIGNETTING_PRIOR ? 2 : 1;
+    int n = o->kind == KIND_ECHO_PRIOR                                   ? (int)ECHOES
+            : o->kind == KIND_SHAPE_PRIOR || o->kind == KIND_PLACE_PRIOR ? 3
+            : o->kind == KIND_VIGNETTING_PRIOR                           ? 2
+                                                                         : 1;
     for (int a = 0; a < n; a++) {
         residual[a] = block[0][a] / o->sigma[a];
         for (int b = 0; jacobian && jacobian[0] && b < n; b++)

@@ -28,14 +28,15 @@ double cal_chart_inverse_mm(double x2);
 
 /** One facet under its lamp, ready for the solver. */
 struct observation {
-    const struct facet *facet;  // NULL: a prior
+    const struct facet *facet;  // NULL: a highlight or a prior
     const struct lamp_chart *chart;
     vec3 point, normal, to_eye;  // in the lamp's frame
     double radius;               // of the sample, a sphere about point - radius normal
     vec3 axis[3];                // the world's axes in the lamp's frame
     double log_f;                // of a patch
     double q;                    // of vignetting
-    double sigma[3];             // of the channels; of a prior
+    vec3 wi;                     // of a highlight: towards what the sample mirrors
+    double sigma[ECHOES];        // of the channels; of a highlight's direction; of a prior
     int view, kind;
 };
 enum { SHIFTS = 3 };  // x, y, z
@@ -43,18 +44,25 @@ enum {
     KIND_PATCH,
     KIND_PAPER,
     KIND_SAMPLE,
+    KIND_HIGHLIGHT,
     KIND_LOBE_PRIOR,
     KIND_VIGNETTING_PRIOR,
     KIND_POWER_PRIOR,
     KIND_SHAPE_PRIOR,
-    KIND_PLACE_PRIOR
+    KIND_PLACE_PRIOR,
+    KIND_ECHO_PRIOR
 };
 
 /** ceres_evaluate of an observation of a facet: residuals of ln L [3]. Blocks: place, ln E [3],
- *  ln power, vignetting [2]; then ln f [3] of paper, or of the sample its lobe and how far its
- *  centre is from where the outline has it [3], mm. */
+ *  ln power, vignetting [2]; of a patch, shares [ECHOES] that the sample's light is larger by than
+ *  predicted; of paper ln f [3] and those shares; of the sample its lobe, how far its centre is
+ *  from where the outline has it [3], mm, and shares of the board's light. */
 bool cal_lamp_evaluate(const void *context, double const *const *block, double *residual,
                        double **jacobian);
+/** ceres_evaluate of a highlight: two residuals, how far what is mirrored is from the lamp. Blocks:
+ *  place, and how far the sample's centre is from where the outline has it. */
+bool cal_lamp_evaluate_highlight(const void *context, double const *const *block, double *residual,
+                                 double **jacobian);
 /** ceres_evaluate of the lobe's priors, and of the numbers of one block near 0 to their sigma. */
 bool cal_lamp_evaluate_lobe_prior(const void *context, double const *const *block, double *residual,
                                   double **jacobian);

@@ -65,11 +65,61 @@ static void average(double mean[3], int count, const struct facet *f, double lig
         mean[k] += (f->log_value[k] - light - log_known[k] - mean[k]) / count;
 }
 
-bool lamp_state_start(struct lamp_state *s, const struct calibration *c,
-                      const struct capture *capture, const struct facets *board,
-                      const struct facets *sample)
+static int by_value(const void *a, const void *b)
 {
-    int papers = 0, samples = 0, *patches = calloc((size_t)c->lamps, sizeof *patches);
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/** f [3] of a lit facet of the sample, as the starting lamps have it; false: not lit, or too flat.
+ */
+static bool facet_f(double f[3], double *cos_h, const struct facet *facet,
+                    const struct lamp_state *s, const struct calibration *c)
+{
+    const struct view *view = &c->view[facet->view];
+    double unused;
+    vec3 wi = cal_lamp_way(&c->lamp[view->light], view->view_from_world, facet->point, &unused);
+    vec3 wo = vec3_normalize(vec3_sub(cal_eye(view->view_from_world), facet->point));
+    if (!facet->bright || vec3_dot(wi, facet->normal) < 0.2 || vec3_dot(wo, facet->normal) < 0.2)
+        return false;
+    *cos_h = vec3_dot(vec3_normalize(vec3_add(wi, wo)), facet->normal);
+    for (int k = 0; k < 3; k++)
+        f[k] = exp(facet->log_value[k] - log_light(facet, s, c) - s->log_e[view->light][k]);
+    return true;
+}
+
+/** The lobe by what the sample's facets show: matte as the darker of them, the rest gloss. */
+static bool start_lobe(struct lamp_state *s, const struct calibration *c,
+                       const struct facets *sample)
+{
+    const size_t room = (size_t)sample->count + 1;
+    double *cos_h = calloc(room, sizeof *cos_h), *one = calloc(room, sizeof *one);
+    double(*f)[3] = calloc(room, sizeof *f), albedo[3] = {0.1, 0.1, 0.1};
+    bool good = cos_h && f && one;
+    int n = 0;
+    for (int i = 0; good && i < sample->count; i++)
+        n += facet_f(f[n], &cos_h[n], &sample->facet[i], s, c);
+    for (int k = 0; k < 3 && n; k++) {
+        for (int i = 0; i < n; i++)
+            one[i] = f[i][k];
+        qsort(one, (size_t)n, sizeof *one, by_value);
+        albedo[k] = CAP_PI * fmax(one[n / 4], 1e-6);
+    }
+    cal_lobe_start(s->lobe, albedo);
+    if (good && n)
+        good = cal_lobe_start_gloss(s->lobe, n, cos_h, (const double(*)[3])f);
+    free(cos_h);
+    free(one);
+    free(f);
+    return good;
+}
+
+bool lamp_state_start(struct lamp_state *s, const struct calibration *c,
+                      const struct capture *capture, const struct lamp_evidence *evidence)
+{
+    const struct facets none = {0}, *board = evidence->board ? evidence->board : &none;
+    const struct facets *sample = evidence->sample ? evidence->sample : &none;
+    int papers = 0, *patches = calloc((size_t)c->lamps, sizeof *patches);
     for (int l = 0; l < c->lamps && patches; l++) {
         s->chart[l] = cal_lamp_chart(&c->lamp[l], chart_origin(c, l), s->place[l]);
         double w = c->lamp[l].at_infinity ? 1 : cal_chart_inverse_mm(s->place[l][2]);
@@ -85,23 +135,14 @@ bool lamp_state_start(struct lamp_state *s, const struct calibration *c,
         const double known[3] = {log_f, log_f, log_f};
         average(s->log_e[l], ++patches[l], f, log_light(f, s, c), known);
     }
-    double albedo[3] = {0};
     for (int i = 0; i < board->count; i++) {
         const struct facet *f = &board->facet[i];
         if (f->material == MATERIAL_PAPER)
             average(s->log_paper, ++papers, f, log_light(f, s, c),
                     s->log_e[c->view[f->view].light]);
     }
-    for (int i = 0; i < sample->count; i++) {
-        const struct facet *f = &sample->facet[i];
-        if (f->bright)
-            average(albedo, ++samples, f, log_light(f, s, c), s->log_e[c->view[f->view].light]);
-    }
-    for (int k = 0; k < 3; k++)
-        albedo[k] = exp(albedo[k]) * CAP_PI;
-    cal_lobe_start(s->lobe, albedo);
     free(patches);
-    return patches != NULL;
+    return patches != NULL && start_lobe(s, c, sample);
 }
 
 static double mean_power(const struct lamp_state *s, const struct calibration *c, int l)

@@ -14,7 +14,10 @@ struct lamp_state {
     bool *far;                        // [lamps]: held at infinity
     double *log_power;                // [views]
     double log_paper[3], lobe[LOBE_SIZE];
-    double shift[SHIFTS];      // of the sample: centre, from where the outline has it
+    double shift[SHIFTS];  // of the sample: centre, from where the outline has it
+    // By what share the sample's light on the board, and the board's on the sample, is more than
+    // predicted.
+    double echo[ECHOES], lit[ECHOES];
     double (*vignetting)[2];   // [cameras]
     double scale[LAMP_KINDS];  // of the facets' sigmas
     double doubt;              // by what the sigmas of the sample's facets are larger than that
@@ -26,8 +29,7 @@ void lamp_state_free(struct lamp_state *s);
 /** Starting values: places from the lamps, irradiances from the patch (without one, from the
  *  lamps), paper and sample from them. */
 bool lamp_state_start(struct lamp_state *s, const struct calibration *c,
-                      const struct capture *capture, const struct facets *board,
-                      const struct facets *sample);
+                      const struct capture *capture, const struct lamp_evidence *evidence);
 
 /** A covariance of all unknowns: places [lamps][3], ln E [lamps][3], ln power [views], ..., and
  *  last the sample's centre [3]. */

@@ -1,23 +1,16 @@
 /* lamps.c -- all lamps of a merged capture: collect facets, start, fit the board, fit everything.
  */
-#include "board_light.h"
 #include "cues.h"
 #include "highlight.h"
 #include "lamp.h"
 #include "view_map.h"
 
-#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
+static const double STRAY = 3;   // sigmas that board and sample may differ by
+static const double DOUBT = 30;  // of a sample's facets that mislead
 // A few thousand facets tell all there is to tell; more views need fewer of each.
-enum { BOUNCE_ROUNDS = 3 };
-// Where the board is mirrored in the sample, cells and lobe are too coarse to say by how much: such
-// facets count for little, and there are others.
-static const double EXTRA_MAX = 0.5, MATTE_SIGMA = 0.1, GLOSS_SIGMA = 5;
-static const double STRAY = 3;      // sigmas that board and sample may differ by
-static const double DOUBT = 30;     // of a sample's facets that mislead
-static const double SETTLED = 0.3;  // sigmas that a lamp may still move
 enum { SAMPLE_FACETS = 6000, VIEW_FACETS_MAX = 600, VIEW_FACETS_MIN = 60 };
 
 /** What all views are asked for. */
@@ -50,8 +43,7 @@ static enum status ask_view(struct facets *to, struct seen_highlight *highlight,
         status = ask_board(to, &map, q, v, err);
     } else if (!status) {
         status = cal_sample_facets(to, &map, q->c, v, q->wanted, err);
-        if (!status && q->c->sample.shape == SHAPE_SPHERE
-            && cal_highlight_lamp(&h.wi, &h.point, &h.sigma, &map, q->c, v))
+        if (!status && q->c->sample.shape == SHAPE_SPHERE && cal_highlight_lamp(&h, &map, q->c, v))
             *highlight = h;
     }
     cap_radiance_free(&map);
@@ -150,123 +142,6 @@ static enum status name_lamps(struct calibration *c, const struct capture *captu
     return STATUS_OK;
 }
 
-/** What comes to a facet by way of others: radiance for albedo 1 of board and patch, and how sure
- *  it is. */
-static void extra_light(const struct facet *f, const struct calibration *c,
-                        const double (*twice)[3], const struct capture *capture, double extra[3],
-                        double sigma[3])
-{
-    vec3 eye = cal_eye(c->view[f->view].view_from_world);
-    if (f->material == MATERIAL_SAMPLE) {
-        double gloss[3];
-        cal_bounce_parts(c, f->view, f->point, f->normal, vec3_normalize(vec3_sub(eye, f->point)),
-                         extra, gloss);
-        for (int k = 0; k < 3; k++) {
-            sigma[k] = hypot(MATTE_SIGMA * extra[k], GLOSS_SIGMA * gloss[k]);
-            extra[k] += gloss[k];
-        }
-        return;
-    }
-    double gloss[3];
-    cal_sample_light(c, twice, f->view, f->point, f->normal, extra, gloss);
-    for (int k = 0; k < 3; k++) {
-        double albedo = f->material == MATERIAL_PAPER
-                            ? c->surroundings.paper[k]
-                            : capture->patch[f->material - MATERIAL_PATCH].albedo;
-        // What the sample mirrors on the board comes from where the lobe is hardly known, grazing.
-        sigma[k] = albedo * hypot(MATTE_SIGMA * extra[k], gloss[k]);
-        extra[k] *= albedo;
-    }
-}
-
-/** Take from a facet what does not come from the lamp itself. A facet that owes most of its
- *  radiance to others says nothing (sigma huge). */
-static void correct_facet(struct facet *f, const struct calibration *c, const double (*twice)[3],
-                          const struct capture *capture)
-{
-    const struct view *view = &c->view[f->view];
-    vec3 at = cal_lamp_position(&c->lamp[view->light], view->view_from_world);
-    if (!f->bright || vec3_dot(vec3_sub(at, f->point), f->normal) <= 0)
-        return;  // not lit: no use
-    double extra[3], sigma[3];
-    extra_light(f, c, twice, capture, extra, sigma);
-    for (int k = 0; k < 3; k++) {
-        double seen = exp(f->log_seen[k]), part = extra[k] / seen;
-        if (part > EXTRA_MAX) {
-            f->sigma[k] = 1e3;
-            continue;
-        }
-        f->log_value[k] = f->log_seen[k] + log1p(-part);
-        f->sigma[k] = hypot(f->sigma_seen[k], sigma[k] / seen / (1 - part));
-    }
-}
-
-/** The largest move of a lamp since `before` [lamps], in its sigmas. */
-static double lamps_moved(const struct calibration *c, const vec3 *before)
-{
-    double most = 0;
-    for (int l = 0; l < c->lamps; l++) {
-        const double *s = c->lamp[l].sigma_position;
-        double sigma = sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
-        double moved = vec3_length(vec3_sub(c->lamp[l].position, before[l]));
-        most = fmax(most, moved / fmax(sigma, 1e-9));
-    }
-    return most;
-}
-
-/** Facets that are corrected begin as they were seen. */
-static void forget_corrections(struct facets *facets)
-{
-    for (int i = 0; i < facets->count; i++)
-        for (int k = 0; k < 3; k++) {
-            facets->facet[i].log_value[k] = facets->facet[i].log_seen[k];
-            facets->facet[i].sigma[k] = facets->facet[i].sigma_seen[k];
-        }
-}
-
-/** Measure the light that goes between board and sample, take it out, and fit again, until the
- *  lamps stay where they are. Where the night side is dark there is none to take out; where no
- *  night side is seen, there is none if all fits better so. */
-static enum status fit_without_bounces(struct calibration *c, const struct capture *capture,
-                                       struct facets *board, struct facets *sample, double doubt,
-                                       const char *out, struct sample_shift *shift, struct run *run,
-                                       struct error *err)
-{
-    vec3 *before = calloc((size_t)c->lamps, sizeof *before);
-    enum status status = before ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%d lamps", c->lamps);
-    double moved = DBL_MAX;
-    for (int round = 0; round < BOUNCE_ROUNDS && moved > SETTLED && !status; round++) {
-        status = cal_board_light(c, capture, out, run, err);
-        if (!status)
-            status = cal_board_light_strength(c, sample, run, err);
-        if (status || c->surroundings.strength == 0)
-            break;
-        double(*twice)[3] = NULL;
-        status = cal_twice_bounced(&twice, c, run, err);
-        if (status)
-            break;
-#pragma omp parallel for schedule(dynamic, 64) num_threads(run->threads)
-        for (int i = 0; i < board->count + sample->count; i++)
-            correct_facet(i < board->count ? &board->facet[i] : &sample->facet[i - board->count], c,
-                          (const double(*)[3])twice, capture);
-        free(twice);
-        for (int l = 0; l < c->lamps; l++)
-            before[l] = c->lamp[l].position;
-        const double direct = shift->misfit;
-        status = cal_lamp_fit(c, capture, board, sample, doubt, true, shift, err);
-        moved = lamps_moved(c, before);
-        if (!status && round == 0 && !cal_board_light_told(c) && shift->misfit > direct) {
-            c->surroundings.strength = 0;
-            forget_corrections(board);
-            forget_corrections(sample);
-            status = cal_lamp_fit(c, capture, board, sample, doubt, true, shift, err);
-            break;
-        }
-    }
-    free(before);
-    return status;
-}
-
 static void move_sample(struct sample *s, const struct sample_shift *shift)
 {
     s->center = vec3_add(s->center, (vec3){shift->by[0], shift->by[1], shift->by[2]});
@@ -310,8 +185,8 @@ enum status cal_lamps_begin(struct lamp_search *search, struct calibration *c,
         status = check_patch(c, &search->board, run, err);
     if (!status)
         status = start_lamps(c, &search->board, run, err);
-    const struct facets none = {0};
-    return status ? status : cal_lamp_fit(c, capture, &search->board, &none, 1, false, NULL, err);
+    const struct lamp_evidence evidence = {.board = &search->board, .doubt = 1};
+    return status ? status : cal_lamp_fit(c, capture, &evidence, false, NULL, err);
 }
 
 /** Does light move the sample away from its outline, by more than can be? */
@@ -326,22 +201,16 @@ static bool misled(const struct calibration *c, const struct sample_shift *shift
 /** Board and sample together. Where light contradicts the outline, the sample's reflectance is what
  *  is not understood: then it is doubted. The shape of others than spheres is known less well. */
 static enum status fit_together(struct lamp_search *search, struct calibration *c,
-                                struct facets *sample, struct sample_shift *shift, struct run *run,
-                                struct error *err)
+                                struct facets *sample, const struct seen_highlight *highlight,
+                                struct sample_shift *shift, struct run *run, struct error *err)
 {
     enum status status = STATUS_OK;
     double doubt = c->sample.shape == SHAPE_SPHERE ? 1 : DOUBT;
     for (bool again = true; again && !status;) {
-        status = cal_lamp_fit(c, search->capture, &search->board, sample, doubt, true, shift, err);
-        if (!status)
-            status = fit_without_bounces(c, search->capture, &search->board, sample, doubt,
-                                         search->out, shift, run, err);
+        status = cal_lamp_fit_bounced(c, search->capture, &search->board, sample, highlight, doubt,
+                                      search->out, shift, run, err);
         again = !status && doubt == 1 && misled(c, shift);
-        if (again) {
-            doubt = DOUBT;
-            forget_corrections(&search->board);
-            forget_corrections(sample);
-        }
+        doubt = DOUBT;
     }
     return status;
 }
@@ -351,6 +220,7 @@ enum status cal_lamps_end(struct lamp_search *search, struct calibration *c, str
 {
     struct facets sample = {0};
     const struct facets none = {0};
+    const struct lamp_evidence board = {.board = &search->board, .highlight = NULL, .doubt = 1};
     struct sample_shift shift = {0};
     const struct capture *capture = search->capture;
     struct question question = {.c = c, .capture = capture, .out = search->out, .sample = true};
@@ -362,9 +232,9 @@ enum status cal_lamps_end(struct lamp_search *search, struct calibration *c, str
     if (!status)
         status = ask_all(&sample, highlight, &question, run, err);
     if (!status && sample.count)
-        status = fit_together(search, c, &sample, &shift, run, err);
+        status = fit_together(search, c, &sample, highlight, &shift, run, err);
     else if (!status)  // too small or too dark a sample: the board alone says which lamps are far
-        status = cal_lamp_fit(c, capture, &search->board, &none, 1, true, NULL, err);
+        status = cal_lamp_fit(c, capture, &board, true, NULL, err);
     if (!status && sample.count && c->sample.shape == SHAPE_SPHERE)
         move_sample(&c->sample, &shift);
     if (!status)

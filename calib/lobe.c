@@ -10,6 +10,8 @@
 #include "lobe.h"
 
 #include <assert.h>
+#include <float.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { AT_H = 3, AT_D = AT_H + LOBE_H, AT_G = AT_D + 3 * LOBE_D };
@@ -109,6 +111,36 @@ void cal_lobe_start(double coefficient[LOBE_SIZE], const double albedo[3])
         coefficient[AT_H + k] = sum - 1 - 0.1 * k;
 }
 
+static int by_value(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+bool cal_lobe_start_gloss(double coefficient[LOBE_SIZE], int count, const double *cos_h,
+                          const double (*f)[3])
+{
+    double *gloss = calloc((size_t)count + 1, sizeof *gloss), least = exp(FAINT);
+    for (int k = 0; gloss && k < LOBE_H; k++) {
+        int n = 0;
+        for (int i = 0; i < count; i++) {
+            struct basis b = spline_h(cos_h[i]);
+            if (b.weight[k - b.first < 0 || k - b.first > 3 ? 0 : k - b.first] < 0.3 || k < b.first
+                || k > b.first + 3)
+                continue;
+            double sum = 0;
+            for (int c = 0; c < 3; c++)
+                sum += (f[i][c] - exp(coefficient[c])) / 3;
+            gloss[n++] = fmax(sum, least);
+        }
+        qsort(gloss, (size_t)n, sizeof *gloss, by_value);
+        if (n > 2)
+            coefficient[AT_H + k] = log(gloss[n / 2]);
+    }
+    free(gloss);
+    return gloss != NULL;
+}
+
 /** One linear residual: sum of factor[k] x coefficient[at + k] - target. */
 static int prior(int row, const double *coefficient, int at, const double *factor, int count,
                  double target, double *residual, double *jacobian)
@@ -157,6 +189,67 @@ void cal_lobe_priors(const double coefficient[LOBE_SIZE], double residual[LOBE_P
 
 /** Axes of the tables, all in [0, 1]: theta_h on sqrt(1 - cos), which is straight at the peak;
  *  cosines as they are. */
+/** The gloss's floor: its least value over theta_h, at angles amid those that photographs show. */
+static void find_matte(struct lobe_table *table)
+{
+    const double cos_amid = 0.7071;
+    for (int c = 0; c < 3; c++) {
+        double least = DBL_MAX;
+        for (int deg = 20; deg <= 70; deg += 5) {
+            double f[3];
+            cal_lobe_lookup(table, cos_amid, cos_amid, cos(deg * CAP_PI / 180), cos_amid, f);
+            least = fmin(least, f[c]);
+        }
+        table->matte[c] = (float)least;
+    }
+}
+
+static double find_width(const struct lobe_table *table)
+{
+    const double u_max = sqrt(1 - cos(0.5 * CAP_PI));
+    int k = 0;
+    while (k < LOBE_TABLE * u_max && 2 * table->distribution[k] > table->distribution[0])
+        k++;
+    double u = (double)k / LOBE_TABLE;
+    return acos(1 - u * u);
+}
+
+/** Directions to the light in rings about the mirror direction, in even steps of ln(angle). */
+static void find_gloss_albedo(struct lobe_table *table, double cos_o, float albedo[3])
+{
+    enum { RINGS = 24, SPOKES = 16 };
+    const double finest = 0.01, steps = log1p(CAP_PI / finest);
+    vec3 wo = {sqrt(1 - cos_o * cos_o), 0, cos_o}, z = {-wo.x, 0, wo.z}, x = {wo.z, 0, wo.x};
+    double sum[3] = {0};
+    for (int k = 0; k < RINGS * SPOKES; k++) {
+        int ring = k / SPOKES;
+        double t = finest * expm1((ring + 0.5) / RINGS * steps);
+        double inner = finest * expm1(ring * steps / RINGS);
+        double outer = finest * expm1((ring + 1) * steps / RINGS);
+        double phi = 2 * CAP_PI * (k % SPOKES + 0.5) / SPOKES, f[3];
+        vec3 across = {x.x * cos(phi), sin(phi), x.z * cos(phi)};
+        vec3 wi = vec3_add(vec3_scale(z, cos(t)), vec3_scale(across, sin(t)));
+        if (wi.z <= 0)
+            continue;
+        vec3 h = vec3_normalize(vec3_add(wi, wo));
+        cal_lobe_lookup(table, wi.z, cos_o, h.z, vec3_dot(wi, h), f);
+        for (int c = 0; c < 3; c++)
+            sum[c] += (f[c] - (double)table->matte[c]) * wi.z * (cos(inner) - cos(outer));
+    }
+    for (int c = 0; c < 3; c++)
+        albedo[c] = (float)fmax(sum[c] * 2 * CAP_PI / SPOKES, 0);
+}
+
+void cal_lobe_gloss_albedo(const struct lobe_table *table, double cos_o, double albedo[3])
+{
+    double x = clamp01(cos_o) * LOBE_ANGLES;
+    int i = x >= LOBE_ANGLES ? LOBE_ANGLES - 1 : (int)x;
+    double t = x - i;
+    for (int c = 0; c < 3; c++)
+        albedo[c] =
+            (1 - t) * (double)table->gloss_albedo[i][c] + t * (double)table->gloss_albedo[i + 1][c];
+}
+
 void cal_lobe_tabulate(struct lobe_table *table, const double coefficient[LOBE_SIZE])
 {
     for (int c = 0; c < 3; c++)
@@ -170,6 +263,10 @@ void cal_lobe_tabulate(struct lobe_table *table, const double coefficient[LOBE_S
         for (int c = 0; c < 3; c++)
             table->fresnel[c][k] = (float)exp(evaluate(&d, coefficient + AT_D + c * LOBE_D));
     }
+    find_matte(table);
+    table->gloss_width = find_width(table);
+    for (int k = 0; k <= LOBE_ANGLES; k++)
+        find_gloss_albedo(table, fmax((double)k / LOBE_ANGLES, 0.02), table->gloss_albedo[k]);
 }
 
 static double look_up(const float *table, double u)

@@ -2,8 +2,9 @@
 #ifndef GONIOCAM_PHOTOMETRY_H
 #define GONIOCAM_PHOTOMETRY_H
 
-#include "solid.h"
 #include "pattern.h"
+#include "sample_light.h"
+#include "solid.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -22,7 +23,9 @@ struct facet {
     double log_seen[3];        // ln radiance, as photographed
     double sigma_seen[3];      // of log_seen: noise, and what averaging over the facet may cost
     double log_value[3];       // ln of the part of it that is the lamp's own light
-    double sigma[3];           // of log_value
+    double sigma[3];           // of log_value, but for
+    double doubt[3];           // that of the light from elsewhere that was taken out
+    double echo[ECHOES][3];    // by what log_value falls when the sample's light grows by its own
 };
 /** A growing list of facets; {0} is empty; free(list.facet). */
 struct facets {

@@ -1,8 +1,8 @@
 /* shape_check.c -- is the sample the shape that it is said to be?
  *
  * Method.   An outline shows the sample's tangent planes. What they stray by from the placed
- *           shape is fitted by patterns (Tukey's biweight), a shift, a turn and another size among
- *           them, for these are no misfit:
+ *           shape is fitted by patterns (Tukey's biweight), a shift, a turn, another size and
+ *           another shine of the rim among them, for these are no misfit:
  *
  *               sphere     harmonics of degree 2 (an ellipsoid) and 3 (an egg) of the normal
  *               cylinder   cos and sin of 2 phi (oval), z (a cone), z^2 (a barrel)
@@ -21,7 +21,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NUISANCE = 7, MOST = NUISANCE + 12, ROUNDS = 12, ENOUGH = 60, VIEWS_ENOUGH = 3 };
+enum { NUISANCE = 8, MOST = NUISANCE + 12, ROUNDS = 12, ENOUGH = 60, VIEWS_ENOUGH = 3 };
 enum { PLACES = 1000 };                         // that are looked at for dents
 static const double ABOUT = 12 * CAP_PI / 180;  // a place: half of its width
 static const double BIWEIGHT = 4.685;  // Tukey's constant: 95 % efficient for normal errors
@@ -76,6 +76,7 @@ static int patterns_at(double f[MOST], const struct touch *t, const struct sampl
     const double common[] = {n.x, n.y, n.z, turn.x, turn.y, turn.z};
     memcpy(f, common, sizeof common);
     double *own = f + NUISANCE;
+    f[7] = t->by_shine / reach;
     if (s->shape == SHAPE_SPHERE) {
         f[6] = 1;
         harmonics(n, own);

@@ -1,5 +1,6 @@
 /* test_board_light.c -- light between board and sample, against closed forms. */
 #include "board_light.h"
+#include "sample_light.h"
 
 #include "near.h"
 
@@ -35,6 +36,7 @@ static void make_scene(struct scene *s, double albedo)
     cal_lobe_tabulate(&around->lobe, lobe);
     for (int k = 0; k <= LOBE_TABLE; k++)
         around->lobe.distribution[k] = 0;  // no gloss: f is albedo/pi exactly
+    memcpy(around->lobe.matte, around->lobe.diffuse, sizeof around->lobe.matte);
 }
 
 static void test_one_cell_is_the_form_factor(void **state)
@@ -90,18 +92,37 @@ static void test_a_matte_ball_from_the_lamp(void **state)
     (void)state;
     struct scene s;
     make_scene(&s, 0.6);
-    double radiance[3], gloss[3];
+    double radiance[ECHOES][3];
     // Full moon: intensity 2/3 albedo E R^2, E = I/r^2; a surface at d gets that over d^2, and a
     // white one of albedo 1 shines with that over pi.
     double irradiance = 1e10 / 1e10, distance = 2000;
     double due = 2.0 / 3 * 0.6 * irradiance * 400 / (distance * distance) / CAP_PI;
-    cal_sample_light(&s.calibration, NULL, 0, (vec3){distance, 0, 0}, (vec3){-1, 0, 0}, radiance,
-                     gloss);
-    assert_near(radiance[0] / due, 1, 0.02);  // 400 points on the ball; d is 100 radii
-    cal_sample_light(&s.calibration, NULL, 0, (vec3){-distance, 0, 0}, (vec3){1, 0, 0}, radiance,
-                     gloss);
-    assert_near(radiance[0] / due, 0, 0.01);  // new moon
-    assert_near(gloss[0] / due, 0, 1e-4);
+    cal_sample_light(&s.calibration, NULL, 0, (vec3){distance, 0, 0}, (vec3){-1, 0, 0}, radiance);
+    assert_near(radiance[ECHO_MATTE][0] / due, 1, 0.02);  // 400 points on the ball; d is 100 radii
+    cal_sample_light(&s.calibration, NULL, 0, (vec3){-distance, 0, 0}, (vec3){1, 0, 0}, radiance);
+    assert_near(radiance[ECHO_MATTE][0] / due, 0, 0.01);  // new moon
+    assert_near(radiance[ECHO_GLOSS][0] / due, 0, 1e-4);
+}
+
+// A small mirror ball in an even beam E sends E R^2/4 into every direction, and what its
+// reflectance is face on and at the rim adds up to all.
+static void test_a_mirror_ball_from_the_lamp(void **state)
+{
+    (void)state;
+    struct scene s;
+    make_scene(&s, 0.6);
+    double face_on[3], rim[3], distance = 4000, irradiance = 1e10 / 1e10;
+    double due = irradiance * 400 / 4 / (distance * distance) / CAP_PI;
+    cal_mirror_light(&s.calibration, NULL, 0, (vec3){distance, 0, 0}, (vec3){-1, 0, 0}, face_on,
+                     rim);
+    assert_near(face_on[0] / due, 1, 0.02);  // the ball is 1/200 of the distance, the lamp 25 away
+    assert_near(rim[0] / due, 0, 1e-3);
+    cal_mirror_light(&s.calibration, NULL, 0, (vec3){-distance, 0, distance / 4}, (vec3){1, 0, 0},
+                     face_on, rim);
+    double cosine = 1 / sqrt(1 + 1.0 / 16), d2 = distance * distance * (1 + 1.0 / 16);
+    due = irradiance * 400 / 4 / d2 * cosine / CAP_PI;
+    assert_near((face_on[0] + rim[0]) / due, 1, 0.02);
+    assert_true(rim[0] > 0.3 * face_on[0]);  // it is met at 83 degrees
 }
 
 static void test_strength_is_what_the_night_side_shows(void **state)
@@ -148,6 +169,7 @@ int main(void)
         cmocka_unit_test(test_one_cell_is_the_form_factor),
         cmocka_unit_test(test_a_wide_plane_fills_the_sky),
         cmocka_unit_test(test_a_matte_ball_from_the_lamp),
+        cmocka_unit_test(test_a_mirror_ball_from_the_lamp),
         cmocka_unit_test(test_strength_is_what_the_night_side_shows),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

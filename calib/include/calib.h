@@ -123,6 +123,7 @@ struct sample {
     vec3 center, axis;
     double sigma_center[3], sigma_radius;
     double sigma_turn[3];   // rad, about the world's axes; 0 for a sphere
+    double shine;           // of a sphere: the share of what lies behind that its rim mirrors
     double outline_rms_px;  // of the outline's edges about the fit; 0: not measured
     int outline_edges;
     char *file;  // of a mesh: its path; owned by the calibration, as mesh is
@@ -132,10 +133,13 @@ struct sample {
 
 /** A first guess of the sample's reflectance, good to a few per cent: tables of the flexible lobe
  *  that finds the lamps (lobe.c). Enough to say what the board's light does to it. */
-enum { LOBE_TABLE = 2048 };
+enum { LOBE_TABLE = 2048, LOBE_ANGLES = 16 };
 struct lobe_table {
     float diffuse[3], distribution[LOBE_TABLE + 1], shadowing[LOBE_TABLE + 1];
     float fresnel[3][LOBE_TABLE + 1];
+    float matte[3];  // diffuse, and what of the rest is alike in all directions
+    float gloss_albedo[LOBE_ANGLES + 1][3];  // of f - matte, for even steps of cos_o from 0 to 1
+    double gloss_width;                      // theta_h where the gloss is half of what it is at 0
 };
 /** f [3] in 1/sr for the cosines of wi, wo and h with the normal, and of wi with h. */
 void cal_lobe_lookup(const struct lobe_table *table, double cos_i, double cos_o, double cos_h,
@@ -160,7 +164,7 @@ struct surroundings {
     // What of the light that geometry and board predict is there, by the sample's night side, which
     // nothing else lights: 1, but for room light (more) and renderings of direct light alone (0).
     double strength, sigma_strength;
-    bool has_lobe;
+    bool has_lobe, peak_unknown;  // no facet shows the lobe's peak: too small, or saturated
     struct lobe_table lobe;
 };
 
