@@ -2,14 +2,15 @@
 #ifndef GONIOCAM_BOUNCE_MAP_H
 #define GONIOCAM_BOUNCE_MAP_H
 
-#include "samples.h"
+#include "bounce_sum.h"
 
 /** Bounced radiance of one view on a grid of pixels, filled where it is asked for. For one thread.
  *  Owns node and rim; {0} is empty; rec_bounce_free(). */
 struct bounce_map {
     const struct calibration *calibration;
     const struct viewing *viewing;
-    int view, step, columns, rows;
+    struct bounce_through through;  // table NULL: calib's first guess serves
+    int view, step, columns, rows, turns;
     pixel_box box;
     struct bounce_node *node;  // [rows][columns]
     struct bounce_node *rim;   // near a ball's outline: [turns][rings + 1]
@@ -25,7 +26,7 @@ typedef struct {
     vec3 point, normal, wo;
 } sight;
 
-/** The bounced radiance [3] (of the scene: vignetting not applied) at a photosite. */
-void rec_bounce_at(struct bounce_map *map, const sight *a, int x, int y, double radiance[3]);
+/** The bounced light (of the scene: vignetting not applied) at a photosite. */
+struct bounced_light rec_bounce_at(struct bounce_map *map, const sight *a, int x, int y);
 
 #endif

@@ -12,6 +12,7 @@
  */
 #include "consensus.h"
 
+#include "lookup.h"
 #include "quantile.h"
 #include "smooth.h"
 
@@ -189,11 +190,12 @@ static void find_scale(struct consensus *to, struct hearing *w, int threads)
 }
 
 // The median over bins of |q - middle| in units of sigma, with `scatter` times the bounced light in
-// it. `work` holds 3 values a bin.
+// it, in place of what it has of that already. `work` holds 3 values a bin.
 static double typical_z(const struct consensus *to, const struct hearing *w, double scatter,
                         double *work)
 {
-    const double some = 0.02;  // bounced light below this tells nothing of its scatter
+    const double some = 0.02;    // bounced light below this tells nothing of its scatter
+    const double little = 0.01;  // of a variance: what is left after what it has was taken out
     int n = 0;
     for (int i = 0; i < w->bins->count; i++)
         for (int c = 0; c < 3; c++) {
@@ -201,9 +203,11 @@ static double typical_z(const struct consensus *to, const struct hearing *w, dou
             const struct ratio *r = &w->ratio[i];
             if (isnan(r->z[c]) || !(b->bounced[c] > some))
                 continue;
-            double extra = scatter * b->bounced[c] / sqrt(b->count);
-            work[n++] =
-                fabs(r->q[c] - to->say[i].middle[c]) / hypot(r->sigma[c], extra * (1 + r->q[c]));
+            double part = square(b->bounced[c] * (1 + (double)r->q[c])) / b->count;
+            double rest = square((double)r->sigma[c]) - square(w->bins->bounce_scatter) * part;
+            double least = little * square((double)r->sigma[c]);
+            work[n++] = fabs(r->q[c] - to->say[i].middle[c])
+                        / sqrt(fmax(rest, least) + square(scatter) * part);
         }
     return n > 100 * FEW ? rec_quantile(work, n, 0.5) : 0;
 }
@@ -255,6 +259,7 @@ void rec_consensus_free(struct consensus *consensus)
 {
     free(consensus->slot);
     free(consensus->say);
+    rec_lookup_free(consensus->table);
     *consensus = (struct consensus){0};
 }
 

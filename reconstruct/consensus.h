@@ -13,12 +13,13 @@ struct say {
     // The fit about the bin's centroid, in a bin of many samples; fitted[0] NAN: not expanded.
     float at[3], fitted[3], slope[3][3], bend[3];  // theta_h, theta_d, phi_d; bend: of theta_h
 };
-/** What all bins' neighbours say. Owns slot and say; {0} is empty; rec_consensus_free(). */
+/** What all bins' neighbours say. Owns slot, say and table; {0} is empty; rec_consensus_free(). */
 struct consensus {
     const struct fit *fit;  // borrowed: f is told relative to it
     int32_t *slot;          // [MERL_BINS]: 1 + index into say; 0: not measured
     struct say *say;        // [bins]
     int bins;
+    struct lookup *table;   // f in all directions, where the board's light asks for it; or NULL
     double bounce_scatter;  // 1 sigma of a photosite's bounced light, relative to that light
 };
 

@@ -150,6 +150,8 @@ static enum status add_shot(struct harvest *h, const struct gathering *g, int vi
     struct radiance map = {0};
     struct bounce_map bounce = {0};
     struct raster raster = {0};
+    v.consensus = g->consensus;
+    v.table = g->consensus ? g->consensus->table : NULL;
     pixel_box box = rec_sample_box(&v);
     enum status status = read_map(&map, g, &v, box, err);
     if (status)
@@ -160,7 +162,6 @@ static enum status add_shot(struct harvest *h, const struct gathering *g, int vi
     v.raster = c->sample.shape == SHAPE_MESH ? &raster : NULL;
     v.blockers = g->blockers;
     v.bounce = &bounce;
-    v.consensus = g->consensus;
     v.bounce_scatter = g->consensus ? g->consensus->bounce_scatter : 0;
     int64_t used = h->census.photosites[FATE_USED];
     if (!status)
@@ -248,7 +249,7 @@ static void gather_shots(struct harvest *total, const struct grid *fine, struct 
 
 // The sums of all members become the leader's bins.
 static enum status conclude(struct bins *bins, struct bins *fine, struct harvest *total,
-                            struct error *err)
+                            double scatter, struct error *err)
 {
     struct census none = {0};
     enum status status = rec_team_sum(&total->tally, &total->census, err);
@@ -260,6 +261,8 @@ static enum status conclude(struct bins *bins, struct bins *fine, struct harvest
         return cap_fail(err, STATUS_DATA,
                         "no photosite shows the sample lit: are its place and the lamps right?");
     status = rec_tally_finish(bins, &total->tally, err);
+    if (!status)
+        bins->bounce_scatter = scatter;
     return !status && fine ? rec_tally_finish(fine, &total->fine, err) : status;
 }
 
@@ -287,7 +290,7 @@ enum status rec_gather(struct bins *bins, struct bins *fine, struct census *cens
     }
     status = rec_team_agree(status, err);
     if (!status)
-        status = conclude(bins, fine, &total, err);
+        status = conclude(bins, fine, &total, consensus ? consensus->bounce_scatter : 0, err);
     if (!status)
         *census = total.census;
     free_harvest(&total);

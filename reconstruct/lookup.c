@@ -117,6 +117,11 @@ enum status rec_lookup_make(struct lookup **lookup, const struct merl *table, st
     return STATUS_OK;
 }
 
+size_t rec_lookup_size(void)
+{
+    return sizeof(struct lookup);
+}
+
 void rec_lookup_free(struct lookup *lookup)
 {
     free(lookup);

@@ -52,7 +52,8 @@ static void predict_lane(double radiance[3], const struct predicting *p, const s
     const double pixel[2] = {s->x0 + i, s->y};
     const double left = cal_vignetting(v->camera, pixel);
     vec3 n = rec_lane(&s->normal, i), x, y;
-    double f[3] = {0}, bounced[3] = {0};
+    double f[3] = {0};
+    struct bounced_light bounced = {{0}, 0};
     tangents(n, &x, &y);
     vec3 wi = local(rec_lane(&s->wi, i), n, x, y), wo = local(rec_lane(&s->wo, i), n, x, y);
     bool lit = s->fate[i] == FATE_USED || s->fate[i] == FATE_TERMINATOR;
@@ -60,9 +61,10 @@ static void predict_lane(double radiance[3], const struct predicting *p, const s
         rec_brdf_eval(p->of->brdf, wi, wo, f);
     const sight at = {rec_lane(&s->point, i), n, rec_lane(&s->wo, i)};
     if (v->bounce && wo.z > 0)
-        rec_bounce_at(v->bounce, &at, s->x0 + i, s->y, bounced);
+        bounced = rec_bounce_at(v->bounce, &at, s->x0 + i, s->y);
     for (int c = 0; c < 3; c++)
-        radiance[c] = left * (f[c] * v->light[c] * (lit ? s->irradiance[i] : 0) + bounced[c]);
+        radiance[c] =
+            left * (f[c] * v->light[c] * (lit ? s->irradiance[i] : 0) + bounced.radiance[c]);
 }
 
 static bool shows_sample(const struct strip *s, int i)
@@ -174,6 +176,7 @@ enum status rec_predict(struct prediction *prediction, const struct prediction_o
     if (!status) {
         p.viewing = rec_viewing(c, of->view, &lens, of->board);
         p.viewing.blockers = of->blockers;
+        p.viewing.table = of->brdf->lookup;
         p.box = rec_sample_box(&p.viewing);
         lay_out(&p, size);
         status = make_room(&p, err);

@@ -1,5 +1,5 @@
 /* reconstruct.c -- the whole job: photographs to BRDF. */
-#include "job.h"
+#include "looks.h"
 #include "quantile.h"
 #include "summary.h"
 #include "team.h"
@@ -83,100 +83,6 @@ static double mean_blur2(const struct calibration *c)
     for (int v = 0; v < c->views; v++)
         sum += c->view[v].blur_px * c->view[v].blur_px;
     return sum / c->views;
-}
-
-static enum status gather(struct job *j, const char *stage, const struct consensus *consensus,
-                          struct samples_file *samples, struct error *err)
-{
-    struct board_extent board;
-    bool has_board = rec_job_board(&board, j);
-    cap_stage(j->run, stage, j->calibration.views);
-    rec_team_next_stage(j->run);
-    bool fine = consensus && j->fine.grid.theta_h > 0;
-    return rec_gather(&j->bins, fine ? &j->fine : NULL, &j->census, &j->calibration,
-                      has_board ? &board : NULL, &j->blockers, consensus, samples, j->out, j->run,
-                      err);
-}
-
-// All photosites as they come, and what the bins so found say of their neighbours. The fit stays
-// where it is in j->fits: the consensus is relative to it.
-static enum status look_first(struct job *j, struct consensus *consensus, struct error *err)
-{
-    enum status status = gather(j, "samples", NULL, NULL, err);
-    rec_team_alone(j->run, true);
-    if (!status && rec_leads()) {
-        cap_stage(j->run, "fit", 0);
-        status = rec_fit(&j->fits, &j->bins, NULL, 0, j->run, err);
-    }
-    if (!status && rec_leads()) {
-        rec_bins_align(&j->bins, &j->fits.fit[0]);
-        rec_bins_widen(&j->bins, &j->fits.fit[0]);
-        status = rec_consensus_make(consensus, &j->bins, &j->fits.fit[0], j->run, err);
-    }
-    rec_bins_free(&j->bins);
-    rec_team_alone(j->run, false);
-    return rec_team_agree(status, err);
-}
-
-// samples.h5; of a member that does not lead, its part of it.
-static char *samples_path(const struct job *j, int rank)
-{
-    char name[40];
-    snprintf(name, sizeof name, rank ? "samples.h5.part%d" : "samples.h5", rank);
-    return cap_path(j->out, name);
-}
-
-// The members' parts, once they are complete.
-static enum status join_samples(const struct job *j, struct samples_file *samples,
-                                struct error *err)
-{
-    enum status status = STATUS_OK;
-    for (int rank = 1; rec_team && rank < rec_team->ranks && !status; rank++) {
-        char *path = samples_path(j, rank);
-        status = path ? rec_samples_adopt(samples, path, err)
-                      : cap_fail(err, STATUS_MEMORY, "no memory for a path");
-        free(path);
-    }
-    return status;
-}
-
-// The last look: its samples are kept in samples.h5 where that is asked for.
-static enum status gather_kept(struct job *j, const struct consensus *consensus, struct error *err)
-{
-    struct samples_file samples;
-    if (!j->keep_samples)
-        return gather(j, "samples again", consensus, NULL, err);
-    char *path = samples_path(j, rec_team ? rec_team->rank : 0);
-    enum status status = path ? rec_samples_begin(&samples, path, err)
-                              : cap_fail(err, STATUS_MEMORY, "no memory for a path");
-    const bool begun = !status;
-    free(path);
-    status = rec_team_agree(status, err);
-    if (!status)
-        status = gather(j, "samples again", consensus, &samples, err);
-    struct error story = {0};
-    if (begun && !rec_leads() && rec_samples_end(&samples, !status, &story) && !status)
-        status = cap_fail(err, story.status, "%s", story.text);
-    status = rec_team_agree(status, err);
-    if (!status && rec_leads())
-        status = join_samples(j, &samples, err);
-    if (begun && rec_leads() && rec_samples_end(&samples, !status, &story) && !status)
-        status = cap_fail(err, story.status, "%s", story.text);
-    return rec_team_agree(status, err);
-}
-
-// Again, without what strays, and weighted by how much photosites really scatter.
-static enum status look_again(struct job *j, struct error *err)
-{
-    struct consensus consensus = {0};
-    struct fit fit;
-    enum status status = look_first(j, &consensus, err);
-    if (!status)
-        status = rec_team_tell_consensus(&consensus, &fit, err);
-    if (!status)
-        status = gather_kept(j, &consensus, err);
-    rec_consensus_free(&consensus);
-    return status;
 }
 
 // A blunt highlight makes a blunt fit, which sharpens it too little: both, until they agree.
@@ -288,7 +194,7 @@ enum status rec_reconstruct(struct summary *summary, const struct request *reque
     if (!status)
         status = rec_team_agree(rec_blockers_make(&j.blockers, &j.capture, err), err);
     if (!status)
-        status = look_again(&j, err);
+        status = rec_looks(&j, err);
     rec_team_alone(j.run, true);
     rec_team_hear_warnings(j.run);
     if (!status && rec_leads())

@@ -96,7 +96,7 @@ static void read_channel(struct reading *to, const struct strip *s, const struct
 // f of one channel, its noise, and the part of the light that the board brought. Takes bounced
 // radiance where it leaves the part.
 WIDE static void take_channel(struct strip *s, struct failures *failed, const struct reading *r,
-                              const double *vignetting, int c, double light, double scatter)
+                              const double *vignetting, int c, double light)
 {
     const double limit = 1e5;  // 1/sr: a mirror whose lobe is 0.1 degrees wide; see bins.c
     const double most = 49;    // 98 % of the light
@@ -105,7 +105,7 @@ WIDE static void take_channel(struct strip *s, struct failures *failed, const st
         double extra = vignetting[i] * s->bounced[c][i], rest = value - extra;
         double scale = 1 / (vignetting[i] * light * s->irradiance[i]);
         double f = rest * scale;
-        double noise = (variance + scatter * extra * (scatter * extra)) * scale * scale;
+        double doubt = s->doubt[i] * extra, noise = (variance + doubt * doubt) * scale * scale;
         double least = extra / most, part = extra / (rest > least ? rest : least);
         double size = f < 0 ? -f : f;
         bool mine = r->mine[i] > 0;
@@ -141,17 +141,18 @@ static void read_strip(struct strip *s, const struct viewing *v, const struct ra
     find_vignetting(vignetting, s, v->camera);
     for (int i = 0; i < LANES; i++) {
         s->channel[i] = *map->cfa ? cap_radiance_channel(map, s->x0 + i, s->y) : -1;
-        double radiance[3];
+        s->doubt[i] = 0;
         if (!v->bounce || s->fate[i] != FATE_USED)
             continue;
         const sight at = {rec_lane(&s->point, i), rec_lane(&s->normal, i), rec_lane(&s->wo, i)};
-        rec_bounce_at(v->bounce, &at, s->x0 + i, s->y, radiance);
+        struct bounced_light light = rec_bounce_at(v->bounce, &at, s->x0 + i, s->y);
+        s->doubt[i] = hypot(v->bounce_scatter, light.doubt);
         for (int c = 0; c < 3; c++)
-            s->bounced[c][i] = radiance[c];
+            s->bounced[c][i] = light.radiance[c];
     }
     for (int c = 0; c < 3; c++) {
         read_channel(&reading, s, map, c);
-        take_channel(s, &failed, &reading, vignetting, c, v->light[c], v->bounce_scatter);
+        take_channel(s, &failed, &reading, vignetting, c, v->light[c]);
     }
     for (int i = 0; i < LANES; i++) {
         s->lends[i] = s->channel[i] >= 0 && s->inner[i] && !(failed.unlent[i] > 0);
@@ -188,8 +189,7 @@ WIDE static void add_row(struct columns *to, const float *value, const float *va
 // expected to be. Weights are of it, so that they are no function of the photosite's own noise:
 // inverse variances in units of the best that counts. No sample is trusted beyond 0.1 %; weights
 // lie in (0, 1] and a bin's fixed-point sums cannot overflow.
-WIDE static void weigh(struct strip *s, const struct columns *around, double bounce_sigma,
-                       double bounce_scatter)
+WIDE static void weigh(struct strip *s, const struct columns *around, double bounce_sigma)
 {
     const double best = 1e-6, worst = 1e4, some = bounce_sigma * bounce_sigma;
     for (int i = 0; i < LANES; i++) {
@@ -200,7 +200,7 @@ WIDE static void weigh(struct strip *s, const struct columns *around, double bou
         double sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];
         double bounced = s->channel[i] < 0 ? sum / 3 : sum;
         double shared = s->systematic[i] * s->systematic[i] + some * bounced * bounced;
-        double total = noise + shared + bounce_scatter * bounced * (bounce_scatter * bounced);
+        double total = noise + shared + s->doubt[i] * bounced * (s->doubt[i] * bounced);
         total = total < best ? best : total;
         s->weight[i] = best / (total < worst ? total : worst);
         s->systematic[i] = sqrt(shared);
@@ -209,14 +209,14 @@ WIDE static void weigh(struct strip *s, const struct columns *around, double bou
 
 // A glossy sample shows the board in its mirror direction, brighter than what the lamp makes of the
 // place itself. What is left after such a subtraction is no measurement of f.
-static void find_bounced(struct strip *s, double bounce_sigma, double bounce_scatter)
+static void find_bounced(struct strip *s, double bounce_sigma)
 {
     const double most = 0.3;  // 1 sigma of f by the subtraction alone
-    double sigma = hypot(bounce_sigma, bounce_scatter);
-    for (int i = 0; i < LANES && sigma > 0; i++) {
+    for (int i = 0; i < LANES; i++) {
+        double sigma2 = bounce_sigma * bounce_sigma + s->doubt[i] * s->doubt[i];
         double sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];
         double bounced = s->channel[i] < 0 ? sum / 3 : sum;
-        if (s->fate[i] == FATE_USED && sigma * bounced > most)
+        if (s->fate[i] == FATE_USED && sigma2 * bounced * bounced > most * most)
             s->fate[i] = FATE_BOUNCED;
     }
 }
@@ -230,7 +230,7 @@ static void weigh_strip(struct strip *s, const struct viewing *v, const struct r
         size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)(s->x0 - 1 + first));
         add_row(&around, map->value + at, map->variance + at, first, end);
     }
-    weigh(s, &around, v->bounce_sigma, v->bounce_scatter);
+    weigh(s, &around, v->bounce_sigma);
 }
 
 // Photosites too far from what the neighbours of their bins say.
@@ -258,7 +258,7 @@ void rec_strip_make(struct strip *s, const struct viewing *v, const struct radia
     rec_strip_angles(s);
     rec_strip_errors(s, v);
     read_strip(s, v, map);
-    find_bounced(s, v->bounce_sigma, v->bounce_scatter);
+    find_bounced(s, v->bounce_sigma);
     weigh_strip(s, v, map);
     find_strays(s, v->consensus);
 }

@@ -53,6 +53,7 @@ struct viewing {
     const struct raster *raster;        // of a mesh, else NULL
     struct bounce_map *bounce;          // the lit board's light, may be NULL: there is none
     const struct consensus *consensus;  // what is known of f already, may be NULL: nothing
+    const struct lookup *table;         // f so far, for the board's light; may be NULL
     mat3 view_from_world;
     vec3 eye, lamp_position;
     double square;     // side of the square that photosite and lens average over, photosites
@@ -63,7 +64,7 @@ struct viewing {
     double dimming;    // 1 sigma of ln(light), besides lamp_spread's
     double lamp_spread[4][4];  // covariance of the lamp's position (direction) and ln intensity
     double bounce_sigma;       // of the bounced light, relative: shared by all photosites
-    double bounce_scatter;     // likewise, of each photosite's own
+    double bounce_scatter;     // likewise, of each photosite's own, besides what cells hide
 };
 
 /** The board's rectangle in the plane z = 0 of the world. */

@@ -5,6 +5,8 @@
  */
 #include "team.h"
 
+#include "lookup.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,6 +17,12 @@ static void tell(void *data, size_t size)
 {
     if (size > 0)
         rec_team->tell(rec_team, data, size);
+}
+
+void rec_team_tell(void *data, size_t size)
+{
+    if (rec_team)
+        tell(data, size);
 }
 
 /* ---- agreement ------------------------------------------------------------------------------- */
@@ -192,6 +200,10 @@ enum status rec_team_tell_consensus(struct consensus *consensus, struct fit *fit
     tell(&c.bins, sizeof c.bins);
     bool ok = tell_array((void **)&c.slot, MERL_BINS, sizeof *c.slot);
     ok = tell_array((void **)&c.say, (size_t)c.bins, sizeof *c.say) && ok;
+    size_t tables = c.table != NULL;
+    tell(&tables, sizeof tables);
+    c.table = rec_leads() ? c.table : NULL;
+    ok = tell_array((void **)&c.table, tables, rec_lookup_size()) && ok;
     *consensus = c;
     return rec_team_agree(
         ok ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "no memory for the bins' neighbours"), err);

@@ -51,6 +51,8 @@ void rec_team_any(bool *flag, int count);
 void rec_team_hear_warnings(struct run *run);
 /** The leader's calibration, without tags, to all; the others' must be empty. STATUS_MEMORY. */
 enum status rec_team_tell_calibration(struct calibration *calibration, struct error *err);
+/** The leader's bytes become all members'. */
+void rec_team_tell(void *data, size_t size);
 /** The leader's consensus and its fit to all. *fit is room for the fit. STATUS_MEMORY. */
 enum status rec_team_tell_consensus(struct consensus *consensus, struct fit *fit,
                                     struct error *err);

@@ -22,9 +22,19 @@ struct scene {
     struct lamp lamp;
     struct calibration calibration;
     struct lens_table lens;
-    struct fit fit;
+    struct lookup *table;
     struct consensus known;
 };
+
+static struct lookup *table_of(const struct brdf *brdf)
+{
+    struct merl merl = {0};
+    struct lookup *table = NULL;
+    assert_int_equal(rec_brdf_table(&merl, brdf, 2, NULL), STATUS_OK);
+    assert_int_equal(rec_lookup_make(&table, &merl, NULL), STATUS_OK);
+    rec_merl_free(&merl);
+    return table;
+}
 
 static struct scene *make_scene(void)
 {
@@ -57,8 +67,8 @@ static struct scene *make_scene(void)
             .radiance = {glowing, glowing / 2, 0}};
     }
     s->calibration.surroundings.glow = glow;
-    s->fit = (struct fit){.model = rec_model_find("lambert"), .value = {0.6, 0.6, 0.6}};
-    s->known = (struct consensus){.fit = &s->fit};
+    const struct brdf matt = {.model = rec_model_find("lambert"), .value = {0.6, 0.6, 0.6}};
+    s->table = table_of(&matt);
     assert_int_equal(rec_lens_make(&s->lens, &s->camera, NULL), STATUS_OK);
     return s;
 }
@@ -66,6 +76,7 @@ static struct scene *make_scene(void)
 static void free_scene(struct scene *s)
 {
     rec_lens_free(&s->lens);
+    rec_lookup_free(s->table);
     free(s->calibration.surroundings.glow);
     free(s);
 }
@@ -99,23 +110,25 @@ static void test_a_sheet_lights_a_ball(void **state)
     struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
     struct bounce_map map;
     int compared = 0, grazing = 0;
-    v.consensus = &s->known;
+    v.table = s->table;
     assert_int_equal(rec_bounce_make(&map, &s->calibration, 0, &v, rec_sample_box(&v), NULL),
                      STATUS_OK);
     for (int y = map.box.y0; y < map.box.y1; y++)
         for (int x = map.box.x0; x < map.box.x1; x++) {
             sight a;
-            double radiance[3], irradiance, pixel[2] = {x, y};
+            double irradiance, pixel[2] = {x, y};
             vec3 ray = mat3_mul_t(&v.view_from_world, cal_ray(&s->camera, pixel));
             meeting m = rec_meet(v.sample, v.eye, ray);
             if (!m.hit || !lambert_irradiance(m.point, m.normal, &irradiance))
                 continue;
             a = (sight){.point = m.point, .normal = m.normal, .wo = vec3_scale(ray, -1)};
-            rec_bounce_at(&map, &a, x, y, radiance);
+            const struct bounced_light light = rec_bounce_at(&map, &a, x, y);
+            const double *radiance = light.radiance;
             double due = 0.6 / CAP_PI * irradiance * 1.25 * 0.8;
             assert_near(radiance[0], due, 0.01 * due);
             assert_near(radiance[1], radiance[0] / 2, 1e-12);
             assert_near(radiance[2], 0, 0);
+            assert_near(light.doubt, 0, 1e-6);  // cells are all alike
             compared++;
             grazing += -vec3_dot(ray, m.normal) < 0.35;
         }
@@ -131,14 +144,13 @@ static void test_no_surroundings_no_light(void **state)
     struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
     struct bounce_map map;
     sight a = {.point = {0, -25, 60}, .normal = {0, -1, 0}, .wo = {0, -1, 0}};
-    double radiance[3] = {1, 1, 1};
     s->calibration.surroundings.strength = 0;  // direct light alone, as the night side told
-    v.consensus = &s->known;
+    v.table = s->table;
     assert_int_equal(rec_bounce_make(&map, &s->calibration, 0, &v, rec_sample_box(&v), NULL),
                      STATUS_OK);
-    rec_bounce_at(&map, &a, 60, 50, radiance);
+    const struct bounced_light light = rec_bounce_at(&map, &a, 60, 50);
     for (int c = 0; c < 3; c++)
-        assert_near(radiance[c], 0, 0);
+        assert_near(light.radiance[c], 0, 0);
     rec_bounce_free(&map);
     free_scene(s);
 }
@@ -162,6 +174,7 @@ static void test_too_much_of_it_is_no_measurement(void **state)
     }
     s->known.slot = calloc(MERL_BINS, sizeof *s->known.slot);
     v.consensus = &s->known;
+    v.table = s->table;
     assert_int_equal(rec_bounce_make(&bounce, &s->calibration, 0, &v, rec_sample_box(&v), NULL),
                      STATUS_OK);
     v.bounce = &bounce;
@@ -188,12 +201,64 @@ static void test_too_much_of_it_is_no_measurement(void **state)
     free_scene(s);
 }
 
+/** An even sheet of n x n cells, or a board of stripes of cells. */
+static struct glow *make_cells(int n, bool stripes)
+{
+    struct glow *cell = calloc((size_t)(n * n), sizeof *cell);
+    for (int i = 0; i < n * n; i++) {
+        int row = i / n;
+        double bright = stripes && row % 2 ? 0 : glowing, s = side / n;
+        cell[i] =
+            (struct glow){.point = {(i % n + 0.5) * s - side / 2, (row + 0.5) * s - side / 2, 0},
+                          .normal = {0, 0, 1},
+                          .x = {1, 0, 0},
+                          .side = s,
+                          .radiance = {bright, bright, bright}};
+    }
+    return cell;
+}
+
+// A lobe narrower than a cell looks from here: the sum is that of cells of an eighth, wherever the
+// mirror direction meets a cell. A sheet that differs from cell to cell leaves the more doubt the
+// fewer cells the lobe sees.
+static void test_cells_wider_than_the_lobe(void **state)
+{
+    (void)state;
+    const struct brdf brdf = {.model = rec_model_find("ggx"), .value = {0.1, 0.1, 0.1, 0.05, 1.5}};
+    const struct brdf matt = {.model = rec_model_find("lambert"), .value = {0.6, 0.6, 0.6}};
+    struct lookup *table = table_of(&brdf), *even = table_of(&matt);
+    const struct bounce_through narrow = rec_bounce_through(table);
+    const struct bounce_through wide = rec_bounce_through(even);
+    struct glow *coarse = make_cells(10, false), *fine = make_cells(80, false);
+    struct glow *stripes = make_cells(10, true);
+    // GGX falls to half where (1 + tan^2/alpha^2)^2 = 2, but for the matte part and shadowing.
+    assert_near(narrow.gloss, 0.05 * sqrt(sqrt(2) - 1), 0.05 * 0.1);
+    assert_near(wide.gloss, CAP_PI / 2, 0);
+    for (int k = 0; k < 5; k++) {
+        vec3 point = {1.3 * k - 2, 0.7 * k, 30}, n = vec3_normalize((vec3){0, -1, -1});
+        vec3 wo = vec3_normalize((vec3){0.02 * k, -1, 0.01 * k});
+        struct bounced_light a = rec_bounce_sum(&narrow, coarse, 100, point, n, wo);
+        struct bounced_light b = rec_bounce_sum(&narrow, fine, 6400, point, n, wo);
+        assert_near(a.radiance[1] / b.radiance[1], 1, 0.01);
+        struct bounced_light few = rec_bounce_sum(&narrow, stripes, 100, point, n, wo);
+        struct bounced_light many = rec_bounce_sum(&wide, stripes, 100, point, n, wo);
+        assert_true(few.doubt > 0.1 && few.doubt < 1);
+        assert_true(many.doubt > 0.01 && many.doubt < 0.5 * few.doubt);
+    }
+    free(coarse);
+    free(fine);
+    free(stripes);
+    rec_lookup_free(table);
+    rec_lookup_free(even);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_sheet_lights_a_ball),
         cmocka_unit_test(test_no_surroundings_no_light),
         cmocka_unit_test(test_too_much_of_it_is_no_measurement),
+        cmocka_unit_test(test_cells_wider_than_the_lobe),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

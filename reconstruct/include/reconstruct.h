@@ -43,8 +43,9 @@ struct bin {
 struct bins {
     struct bin *bin;
     int count;
-    struct grid grid;  // {0} is MERL's
-    double blur2;      // variance that the lens adds to a photosite's 1/12, px^2: mean over shots
+    struct grid grid;       // {0} is MERL's
+    double bounce_scatter;  // of the board's light in a photosite, relative, that is in noise
+    double blur2;  // variance that the lens adds to a photosite's 1/12, px^2: mean over shots
 };
 static inline struct grid rec_grid_of(const struct bins *bins)
 {
