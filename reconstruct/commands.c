@@ -98,7 +98,8 @@ static const struct option reconstruct_options[] = {
 const struct command rec_commands[] = {
     {"reconstruct", "CAPTURE -o OUT", "photographs to BRDF: bins, fits, complete table",
      reconstruct_options, run_reconstruct},
-    {"fit", "OUT|BRDF", "fit models to measured bins, or to a table", rec_fit_options, rec_run_fit},
+    {"fit", "OUT|BRDF", "fit models to measured bins, samples.h5 or a table", rec_fit_options,
+     rec_run_fit},
     {"eval", "BRDF", "\"theta_i theta_o phi\" lines (degrees) from stdin to \"r g b\" lines", NULL,
      run_eval},
     {"report", "OUT", "OUT/report.html: everything about a run, in one page", NULL, rec_run_report},

@@ -2,6 +2,7 @@
 #include "commands.h"
 
 #include "bins_hdf5.h"
+#include "samples_bins.h"
 #include "summary.h"
 
 #include <stdlib.h>
@@ -11,7 +12,7 @@
 
 const struct option rec_fit_options[] = {
     {"model", "LIST", "models, as ggx,lambert (default: all)", 'm'},
-    {"cost", "COST", "statistical (of OUT), picture (of tables), log or cube-root", 'c'},
+    {"cost", "COST", "statistical (of measurements), picture (of tables), log or cube-root", 'c'},
     {"per-channel", NULL, "a shape of its own in each channel: models NAME_rgb", 0},
     {"output", "FILE", "where to (default: fits.yaml in OUT, or beside the table)", 'o'},
     {0},
@@ -59,11 +60,22 @@ static bool models_asked(const struct model **models, int *count, const struct a
     return true;
 }
 
-static bool cost_asked(enum fit_cost *cost, const struct arguments *args, bool table)
+static bool is_folder(const char *path)
+{
+    struct stat info;
+    return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+}
+
+static bool is_measured(const char *path)
+{
+    return is_folder(path) || rec_is_hdf5(path);
+}
+
+static bool cost_asked(enum fit_cost *cost, const struct arguments *args)
 {
     static const char *const names[] = {"statistical", "log", "cube-root", "picture"};
     const char *name = cap_option(args, "cost");
-    *cost = table ? FIT_PICTURE : FIT_STATISTICAL;
+    *cost = is_measured(args->positional[0]) ? FIT_STATISTICAL : FIT_PICTURE;
     for (int k = 0; name && k < 4; k++)
         if (strcmp(name, names[k]) == 0) {
             *cost = (enum fit_cost)k;
@@ -73,12 +85,6 @@ static bool cost_asked(enum fit_cost *cost, const struct arguments *args, bool t
         fprintf(stderr, "goniocam: --cost wants statistical, log, cube-root or picture, not %s\n",
                 name);
     return !name;
-}
-
-static bool is_folder(const char *path)
-{
-    struct stat info;
-    return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
 }
 
 // What is fitted: bins, and a complete table where there is one.
@@ -105,18 +111,22 @@ static enum status read_folder(struct target *t, const char *path, struct error 
     return status;
 }
 
-// OUT, or any BRDF, which is tabulated where it is none.
-static enum status read_target(struct target *t, const char *path, int threads, struct error *err)
+// OUT, bins.h5, samples.h5, or any BRDF, which is tabulated where it is none.
+static enum status read_target(struct target *t, const char *path, struct run *run,
+                               struct error *err)
 {
     if (is_folder(path))
         return read_folder(t, path, err);
+    if (rec_is_hdf5(path))
+        return rec_has_samples(path) ? rec_samples_bins(&t->bins, path, run, err)
+                                     : rec_bins_read(&t->bins, path, err);
     struct brdf read = {0};
     enum status status = rec_brdf_read(&read, path, err);
     if (!status && read.lookup) {
         t->table = read;
         read = (struct brdf){0};
     } else if (!status) {
-        status = rec_brdf_table(&t->table.table, &read, threads, err);
+        status = rec_brdf_table(&t->table.table, &read, run->threads, err);
         if (!status)
             status = rec_brdf_prepare(&t->table, err);
     }
@@ -162,8 +172,7 @@ int rec_run_fit(const struct arguments *args)
     const struct model *models[MODELS_MAX];
     enum fit_cost cost;
     int count = 0, threads;
-    if (args->count != 1 || !models_asked(models, &count, args)
-        || !cost_asked(&cost, args, !is_folder(args->positional[0]))
+    if (args->count != 1 || !models_asked(models, &count, args) || !cost_asked(&cost, args)
         || !cap_option_int(args, "threads", 1, 1024, 0, &threads))
         return 2;
     struct run run;
@@ -174,7 +183,7 @@ int rec_run_fit(const struct arguments *args)
     char *path = fits_path(args->positional[0], cap_option(args, "output"));
     enum status status = path ? STATUS_OK : cap_fail(&err, STATUS_MEMORY, "no memory");
     if (!status)
-        status = read_target(&target, args->positional[0], run.threads, &err);
+        status = read_target(&target, args->positional[0], &run, &err);
     if (!status)
         status = fit(&fits, &target, cost, models, count, &run, &err);
     if (!status)

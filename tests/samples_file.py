@@ -5,12 +5,14 @@
 """
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 
 import h5py
 import numpy as np
+import yaml
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import truth as T
@@ -31,6 +33,34 @@ def local(v, n):
     return np.stack([(v * a).sum(1) for a in (x, np.cross(n, x), n)], 1)
 
 
+def ggx(goniocam, source, fits):
+    """Parameters and sigmas of model ggx, fitted to a file."""
+    subprocess.check_call([goniocam, "fit", source, "--model", "ggx", "-o", fits, "--quiet"], stdout=subprocess.DEVNULL)
+    with open(fits) as f:
+        model = yaml.safe_load(f)["models"][0]["parameters"]
+    flat = lambda key: np.hstack([model[p][key] for p in ("albedo", "alpha", "ior")])
+    return flat("value"), flat("sigma")
+
+
+def fits(goniocam, at):
+    """What is fitted to all samples, to bins.h5 and to OUT."""
+    with open(at("capture/truth.json")) as f:
+        m = json.load(f)["sample"]["material"]
+    due = np.hstack([m["albedo"], m["alpha"], m["ior"]])
+    bins, _ = ggx(goniocam, at("1/bins.h5"), at("bins.yaml"))
+    folder, _ = ggx(goniocam, at("1"), at("folder.yaml"))
+    samples, sigma = ggx(goniocam, at("1/samples.h5"), at("samples.yaml"))
+    check("fit to bins.h5 is that to OUT", np.abs(bins - folder).max(), 0)
+    check("fit to samples.h5 beyond 3 of its sigmas", (np.abs(samples - due) / sigma).max(), 3)
+    check("fit to samples.h5, %", 100 * np.abs(samples / due - 1).max(), 1)
+    shutil.copy(at("1/samples.h5"), at("bad.h5"))
+    with h5py.File(at("bad.h5"), "a") as f:
+        del f[list(f)[0]]["weight"]
+    bad = subprocess.run([goniocam, "fit", at("bad.h5"), "-o", at("bad.yaml")], capture_output=True, text=True)
+    check("a dataset is missing: exit 1, named, nothing written",
+          not (bad.returncode == 1 and "bad.h5" in bad.stderr and not os.path.exists(at("bad.yaml"))), 0)
+
+
 def main():
     goniocam, project = sys.argv[1:3]
     with tempfile.TemporaryDirectory() as folder:
@@ -39,6 +69,7 @@ def main():
         run("render", os.path.join(project, "samples/tiny.yaml"), "-o", at("capture"))
         for n in ("1", "2"):
             run("reconstruct", at("capture"), "-o", at(n), "--samples", "--threads", n)
+        fits(goniocam, at)
         truth = T.Truth(at("capture/truth.json"))
         with h5py.File(at("1/samples.h5")) as f, h5py.File(at("2/samples.h5")) as g:
             differ = sum(f[s][k][...].tobytes() != g[s][k][...].tobytes() for s in f for k in f[s])
