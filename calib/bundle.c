@@ -102,7 +102,10 @@ static enum status settle(struct bundle *b, struct workspace *w, bool reject, do
 {
     enum status status = STATUS_OK;
     for (int round = 0; !status && round < 4; round++) {
-        status = solve(b, w, *scale, err);
+        if (reject)
+            status = bundle_weigh_views(b, err);
+        if (!status)
+            status = solve(b, w, *scale, err);
         double new_scale = status ? *scale : bundle_noise_scale(b);
         if (!status && isnan(new_scale))
             status = cap_fail(err, STATUS_MEMORY, "bundle of %d tags", b->sightings);

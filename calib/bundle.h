@@ -12,6 +12,7 @@ struct sighting {
     double corner[4][2];  // as fitted through `lens`; see bundle_corner
     double lens[LENS_PARAMETERS], by_lens[8][LENS_PARAMETERS];  // d corner / d lens; 0: as detected
     double covariance[8][8];  // of corner, px^2; only its shape counts: see bundle_adjust
+    double log_noise;         // ln of its view's variance over the common one, see bundle_noise.h
     double blur;              // of a refined one: variance of the point spread, as in corners.h
     bool refined;             // by corners.h; else as detected
     bool rejected;            // disagrees with all others: not used

@@ -2,7 +2,10 @@
  *
  * Method.   The scale of the noise is not known beforehand (print, paper, and a common error of the
  *           four corners are in it): it is taken from the median of the tags' chi^2, and tags far
- *           beyond are rejected.
+ *           beyond are rejected. Most of it is what the model of a tag's image leaves, and that
+ *           goes by view (edges that run along the rows of a sharp image, motion, focus), so each
+ *           view has a variance of its own, drawn towards the common one the more the fewer tags
+ *           it shows.
  */
 #include "bundle_noise.h"
 
@@ -77,10 +80,12 @@ static double chi2_of(const struct bundle *b, const struct sighting *s)
     dense_solve(TAG_NUMBERS, l[0], x);
     for (int i = 0; i < TAG_NUMBERS; i++)
         sum += x[i] * r[i / 2][i % 2];
-    return sum;
+    return sum / exp(s->log_noise);
 }
 
 // ---- noise and outliers
+
+static const double CHI2_MEDIAN = 7.344;  // with 8 degrees of freedom
 
 static int compare_doubles(const void *a, const void *b)
 {
@@ -111,9 +116,42 @@ double bundle_noise_scale(const struct bundle *b)
             chi2[n++] = chi2_of(b, b->sighting + i);
     qsort(chi2, (size_t)n, sizeof *chi2, compare_doubles);
     double freedom = freedom_left(b, n);
-    double median = n ? chi2[n / 2] / 7.344 : 1;  // the median of chi^2 with 8 degrees of freedom
+    double median = n ? chi2[n / 2] / CHI2_MEDIAN : 1;
     free(chi2);
     return fmax(median / freedom, 1e-12);
+}
+
+// Logarithms of views' variances are taken to scatter by 1. That of a median of n values of chi^2
+// with 8 degrees of freedom by sqrt(0.5 / n): the common variance weighs like half a tag. Within
+// this factor of that.
+static const double common_tags = 0.5, most_noise = 100;
+
+enum status bundle_weigh_views(struct bundle *b, struct error *err)
+{
+    double *chi2 = malloc((size_t)(b->sightings + 1) * sizeof *chi2);
+    if (!chi2)
+        return cap_fail(err, STATUS_MEMORY, "bundle of %d tags", b->sightings);
+    for (int i = 0; i < b->sightings; i++)
+        b->sighting[i].log_noise = 0;
+    double scale = bundle_noise_scale(b);
+    enum status status =
+        isnan(scale) ? cap_fail(err, STATUS_MEMORY, "bundle of %d tags", b->sightings) : STATUS_OK;
+    for (int v = 0; v < b->calibration->views && !status; v++) {
+        int n = 0;
+        for (int i = 0; i < b->sightings; i++)
+            if (b->sighting[i].view == v && !b->sighting[i].rejected)
+                chi2[n++] = chi2_of(b, b->sighting + i) / scale;
+        if (n < 3)
+            continue;
+        qsort(chi2, (size_t)n, sizeof *chi2, compare_doubles);
+        double own = 0.5 * (chi2[(n - 1) / 2] + chi2[n / 2]) / CHI2_MEDIAN / (1 - 6.0 / (8 * n));
+        own = log(fmin(fmax(own, 1 / most_noise), most_noise)) * n / (n + common_tags);
+        for (int i = 0; i < b->sightings; i++)
+            if (b->sighting[i].view == v)
+                b->sighting[i].log_noise = own;
+    }
+    free(chi2);
+    return status;
 }
 
 double bundle_tamed_scale(const struct bundle *b, double scale)

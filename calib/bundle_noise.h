@@ -18,6 +18,9 @@ double bundle_noise_scale(const struct bundle *b);
  *  what a covariance needs, since long tails that the loss tames count by what it leaves of them.
  */
 double bundle_tamed_scale(const struct bundle *b, double scale);
+/** Set log_noise: how much of the noise a view has that its tags' covariances do not tell, against
+ *  the common `scale`; views with few tags are taken for common ones. STATUS_MEMORY. */
+enum status bundle_weigh_views(struct bundle *b, struct error *err);
 /** Mark the sightings that disagree; *changed is how many changed sides. STATUS_MEMORY. */
 enum status bundle_reject(struct bundle *b, double scale, int *changed, struct error *err);
 #endif

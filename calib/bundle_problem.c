@@ -261,7 +261,7 @@ static enum status tag_term(struct term *t, const struct bundle *b, const struct
         t->arm[k] = vec3_sub(cap_tag_corner(tag, k), tag->center);
     for (int k = 0; k < TAG_NUMBERS; k++)
         for (int j = 0; j < TAG_NUMBERS; j++)
-            l[k][j] = s->covariance[k][j] * scale;
+            l[k][j] = s->covariance[k][j] * scale * exp(s->log_noise);
     if (!dense_cholesky(TAG_NUMBERS, l[0]))
         return cap_fail(err, STATUS_SOLVER, "tag %d: covariance of its corners", tag->id);
     dense_whitener(TAG_NUMBERS, l[0], t->whitener[0]);

@@ -67,6 +67,35 @@ static void test_sigmas_are_true(void **state)
     assert_true(terms_kept < SCENES / 5);  // k3 = 0 seems needed beyond two sigmas in 5 % of scenes
 }
 
+// Views of which the tags are fitted five times worse than their covariances tell, beside good
+// ones: the variances differ by 1 + 5^2, which 112 numbers a view tell to some 15 %, and all views'
+// sigmas are true. (Views share the errors of the camera, so that the mean of a scene's squares
+// scatters by about 0.6.)
+static void test_each_view_has_its_own_noise(void **state)
+{
+    (void)state;
+    enum { SCENES = 20, GOOD = VIEWS / 2 };
+    double of_poses = 0;
+    for (int n = 0; n < SCENES; n++) {
+        struct scene s;
+        double difference = 0;
+        make_scene(&s, 0.02, 900 + (uint64_t)n);
+        for (int i = 0; i < s.bundle.sightings; i++)
+            for (int k = 0; k < 8 && s.sighting[i].view >= GOOD; k++)
+                s.sighting[i].corner[k / 2][k % 2] += 0.1 * normal();
+        solve(&s);
+        for (int i = 0; i < s.bundle.sightings; i++)
+            difference += s.sighting[i].log_noise * (s.sighting[i].view >= GOOD ? 1 : -1);
+        assert_near(difference / (TAGS * GOOD), log(26), 0.5);
+        for (int v = 0; v < VIEWS; v++) {
+            vec3 e = vec3_sub(s.view[v].view_from_world.rotation, true_pose[v].rotation);
+            const double *own = s.view[v].sigma_rotation;
+            of_poses += square(e.x, own[0]) + square(e.y, own[1]) + square(e.z, own[2]);
+        }
+    }
+    assert_near(of_poses / (3 * VIEWS * SCENES), 1, 0.5);
+}
+
 static void test_a_wild_tag_is_rejected(void **state)
 {
     (void)state;
@@ -104,6 +133,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_without_noise_it_is_exact),
         cmocka_unit_test(test_sigmas_are_true),
+        cmocka_unit_test(test_each_view_has_its_own_noise),
         cmocka_unit_test(test_a_wild_tag_is_rejected),
         cmocka_unit_test(test_what_does_not_fix_a_camera_is_told),
     };

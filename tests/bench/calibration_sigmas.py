@@ -26,7 +26,10 @@ MATERIALS = {
     "glossy": lambda r: {"model": "ggx", "albedo": [round(r.uniform(0.05, 0.5), 3) for _ in range(3)],
                          "alpha": r.uniform(0.06, 0.2), "ior": r.uniform(1.4, 1.7)},
 }
-KINDS = ("lambert", "rough", "glossy", "camera-lamp", "distant-lamp", "no-flat")
+CAMERAS = ("tele", "wide", "raw", "portrait", "soft")
+KINDS = ("lambert", "rough", "glossy", "camera-lamp", "distant-lamp", "no-flat") + CAMERAS
+RAW = {"mosaic": "rggb", "electrons": 3e7, "dn_per_electron": 0.3, "full_well": 45000, "read_noise": 3, "black_level": 512,
+       "adc_max": 14000, "channel_gain": [0.55, 1, 0.7]}
 
 
 def scene_of(kind, seed):
@@ -62,6 +65,27 @@ def scene_of(kind, seed):
         {"look": {"eye": [330 * far, -390 * far, 420 * far], "target": [0, 0, 20]}},
         {"look": {"eye": [-360 * far, 200 * far, 480 * far], "target": [0, 0, 20]}},
         {"look": {"eye": [-250 * far, -420 * far, 400 * far], "target": [0, 0, 20], "roll_deg": 90}}]
+    return other_camera(kind, s) if kind in CAMERAS else s
+
+
+def other_camera(kind, s):
+    """Lenses of 200 and 28 mm (from where the board fills the image), a mosaic, an upright image, a soft lens."""
+    camera = s["camera"]
+    zoom = {"tele": 200, "wide": 28}.get(kind, camera["focal_length"] * (0.67 if kind == "portrait" else 1))
+    for shot in s["shots"]:
+        if "arc" in shot:
+            shot["arc"]["distance"] *= zoom / camera["focal_length"]
+        else:
+            shot["look"]["eye"] = [x * zoom / camera["focal_length"] for x in shot["look"]["eye"]]
+    if kind == "wide":
+        camera["distortion"] = [-0.25, 0.1, 4e-4, -3e-4, 0]
+    if kind == "portrait":
+        camera.update(size=[430, 640], center_px=[214, 322], sensor_width=16.8)
+    if kind == "soft":
+        camera["blur_px"] = 0.6
+    if kind == "raw":
+        s.update(sensor=RAW, files="dng")
+    camera["focal_length"] = zoom
     return s
 
 
@@ -97,9 +121,9 @@ def quantities(truth, c):
     camera, true = c["cameras"][0], truth["camera"]
     yield "fx, %", [100 * (camera["focal"][0] / true["fx"] - 1)], [100 * camera["sigma_focal"][0] / true["fx"]]
     yield "centre, px", np.subtract(camera["center"], [true["cx"], true["cy"]]), camera["sigma_center"]
-    by_name = {t["exposures"][0]["file"]: t for t in truth["shots"]}
+    by_name = {os.path.splitext(t["exposures"][0]["file"])[0]: t for t in truth["shots"]}
     for shot in c["shots"]:
-        t = by_name[shot["name"]]
+        t = by_name[os.path.splitext(shot["name"])[0]]
         yield "rotation, deg", np.degrees(shot["rotation"] - rotation_vector(t["R"], shot["rotation"])), np.degrees(shot["sigma_rotation"])
         yield "translation, mm", np.subtract(shot["translation"], t["t"]), shot["sigma_translation"]
     yield "sample centre, mm", np.subtract(c["sample"]["center"], truth["sample"]["center"]), c["sample"]["sigma_center"]
