@@ -107,6 +107,7 @@ void frames_free(struct frames *frames)
 {
     flat_free(&frames->flat);
     evenness_free(&frames->evenness);
+    defects_free(&frames->defects);
     stack_free(&frames->dark);
     stack_free(&frames->ambient);
     *frames = (struct frames){0};
@@ -196,4 +197,5 @@ void frames_finish(const struct frames *frames, const struct merge_row *row, int
     if (frames->dark.frames > 0)
         mark_hot(frames, row, y, variance);
     evenness_mark(&frames->evenness, y, row->count, variance);
+    evenness_mark(&frames->defects.sites, y, row->count, variance);
 }

@@ -2,7 +2,7 @@
 #ifndef GONIOCAM_FRAMES_H
 #define GONIOCAM_FRAMES_H
 
-#include "evenness.h"
+#include "defects.h"
 #include "flat.h"
 #include "merge.h"
 #include "sensor.h"
@@ -13,6 +13,7 @@ struct frames {
     bool has_flat;
     struct flat flat;
     struct evenness evenness;  // of the flat frame
+    struct defects defects;    // of the photographs
     char cfa[CFA_SIZE];
     struct stack dark, ambient;
     double dark_level[3], dark_noise2[3];  // DN; variance of a photosite of the mean, DN^2

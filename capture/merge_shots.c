@@ -11,7 +11,7 @@
 #include <string.h>
 
 // Part of every map's identity: a change of the method makes the maps anew.
-static const char method[] = "merge 5";
+static const char method[] = "merge 6";
 
 /* The photographs of a shot and how they are used; their files are read beside each other. */
 static enum status hash_photos(struct hash *hash, const struct job *job, const struct shot *shot,
@@ -57,6 +57,8 @@ static enum status identify(char text[33], const struct job *job, const struct s
     hash_bytes(hash, &learned->sensor, sizeof learned->sensor);
     if (learned->encoded)
         hash_bytes(hash, &learned->curve, sizeof learned->curve);
+    const struct evenness *sites = &job->frames[shot->camera].defects.sites;
+    hash_bytes(hash, sites->defect, sites->defects * sizeof *sites->defect);
     const struct frame_names *const kinds[3] = {&capture->flat_frames, &capture->dark_frames,
                                                 &capture->ambient_frames};
     for (int kind = 0; kind < 3; kind++)
@@ -200,6 +202,24 @@ static enum status save_curve(const struct learned *learned, const struct captur
     return status;
 }
 
+/* Photosites by themselves. How unequal they are, a flat frame tells better. */
+static enum status find_defects(struct frames *frames, struct sensor *sensor,
+                                const struct capture *capture, int camera, const bool *left_out,
+                                struct run *run, struct error *err)
+{
+    struct defects *d = &frames->defects;
+    enum status status = defects_find(d, capture, camera, sensor, left_out, run, err);
+    for (int c = 0; c < 3 && !status && !frames->has_flat; c++)
+        sensor->relative[c] = hypot(sensor->relative[c], d->sites.relative[c]);
+    if (status || d->sites.defects == 0)
+        return status;
+    run->hot += d->hot;
+    run->dead += d->dead;
+    cap_tell(run, "%s: %d hot and %d dead photosites, found in %d views, are not used",
+             capture->camera[camera].name, d->hot, d->dead, d->views);
+    return STATUS_OK;
+}
+
 static enum status learn(struct lessons *lessons, bool *left_out, const struct capture *capture,
                          const char *out, struct run *run, struct error *err)
 {
@@ -220,6 +240,9 @@ static enum status learn(struct lessons *lessons, bool *left_out, const struct c
             status = save_curve(&lessons->learned[k], capture, k, out, err);
         if (!status)
             status = frames_make(&lessons->frames[k], capture, &lessons->learned[k], k, err);
+        if (!status)
+            status = find_defects(&lessons->frames[k], &lessons->learned[k].sensor, capture, k,
+                                  left_out, run, err);
     }
     return status;
 }

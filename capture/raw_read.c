@@ -57,13 +57,14 @@ static enum status unpack(struct raw_file *file, struct error *err)
 /* A row of photosites: one number each, which a gray file stands in all channels. */
 static void take_photosites(const struct raw_file *file, int y, float *dn)
 {
-    size_t pitch = file->raw->sizes.raw_pitch / sizeof(uint16_t);
+    size_t pitch = file->raw->sizes.raw_pitch / sizeof(uint16_t), width = file->base.info.width;
     const uint16_t *from = file->raw->rawdata.raw_image + (size_t)y * pitch;
     const float *extra = file->extra_black + PERIOD * (y % PERIOD);
-    const size_t channels = (size_t)file->base.info.channels;
-    for (size_t x = 0; x < (size_t)file->base.info.width; x++)
-        for (size_t c = 0; c < channels; c++)
-            dn[channels * x + c] = (float)from[x] - extra[x % PERIOD];
+    for (size_t left = 0; left < width; left += PERIOD)
+        for (size_t x = 0; x < PERIOD && left + x < width; x++)
+            dn[left + x] = (float)from[left + x] - extra[x];
+    for (size_t x = width; file->base.info.gray && x-- > 0;)  // from the end: nothing is lost
+        dn[3 * x] = dn[3 * x + 1] = dn[3 * x + 2] = dn[x];
 }
 
 /* A row of pixels of three numbers, or the first three of four. */

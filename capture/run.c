@@ -106,6 +106,20 @@ void cap_warn(struct run *run, const char *format, ...)
     pthread_mutex_unlock(&lock);
 }
 
+void cap_tell(struct run *run, const char *format, ...)
+{
+    char text[800];
+    va_list args;
+    if (run->mute || run->quiet)
+        return;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    pthread_mutex_lock(&lock);
+    fprintf(stderr, "%s%s\n", run->bar && run->began > 0 ? clear_line : "", text);
+    pthread_mutex_unlock(&lock);
+}
+
 void cap_warned(struct run *run, const char *text)
 {
     pthread_mutex_lock(&lock);

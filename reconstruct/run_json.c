@@ -130,13 +130,14 @@ static json_t *glare(const struct calibration *c)
 static json_t *story_json(const struct run_story *s)
 {
     return json_pack(
-        "{s:s, s:o, s:s, s:o, s:o, s:i, s:o, s:o, s:o, s:o, s:i, s:f, s:s, s:o, s:o}", "version",
-        GONIOCAM_VERSION, "options", options(s), "input_xxh3", s->input_hash, "stages",
+        "{s:s, s:o, s:s, s:o, s:o, s:i, s:o, s:o, s:o, s:o, s:i, s:f, s:s, s:o, s:o, s:{s:i, s:i}}",
+        "version", GONIOCAM_VERSION, "options", options(s), "input_xxh3", s->input_hash, "stages",
         stages(s->run), "warnings", warnings(s->run), "shots", s->census->shots, "photosites",
         photosites(s->census), "interreflection", interreflection(s), "resolution",
         resolution(s->bins), "glare", glare(s->calibration), "measured_bins", s->bins->count,
         "median_relative_sigma", s->median_sigma, "best_fit", s->fits->fit[0].model->name, "checks",
-        checks(s->checks), "patches", patches(s->layout));
+        checks(s->checks), "patches", patches(s->layout), "defective_photosites", "hot",
+        s->run->hot, "dead", s->run->dead);
 }
 
 enum status rec_run_json(const struct run_story *story, const char *path, struct error *err)

@@ -112,6 +112,7 @@ struct run {
     bool mute;       // warnings come from another process that does the same: say nothing
     char **warning;  // [warnings]
     int warnings;
+    int hot, dead;        // photosites found defective, for run.json
     struct stage *stage;  // [stages], finished ones and the current one
     int stages;
     int step, steps;  // progress of the current stage
@@ -133,6 +134,8 @@ void cap_run_begin(struct run *run, int threads, bool quiet);
 void cap_run_end(struct run *run);
 /** "goniocam: warning: ..." on stderr, once a line, and remembered for run.json. Thread-safe. */
 void cap_warn(struct run *run, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/** A line on stderr for who looks on; not where the run is quiet. Thread-safe. */
+void cap_tell(struct run *run, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /** A warning that another process has told already, for run.json; none twice. Thread-safe. */
 void cap_warned(struct run *run, const char *text);
 /** A stage of `steps` steps begins; ends the one before. The name "" only ends it. */
