@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NEAR = 8, BAND = 24, CELL = 64, THIN = 8, SAMPLES = 2000000 };
+enum { NEAR = 8, BAND = 24, CELL = 64, THIN = 8, SAMPLES = 500000 };
 enum { ODD = 1, BRIGHT = 2, TESTED = 4, DIM = 8, LIT = 16 };
 
 static const double ODD_SIGMAS = 2.5, SMOOTH_SIGMAS = 4, LIT_SIGMAS = 10;
@@ -18,11 +18,12 @@ static const double UNEQUAL = 0.01;      // relative: no reason by itself to sta
 static const double NOISE_MAX = 0.02;    // relative, of photosites that tell how unequal they are
 static const double RESIDUAL_MAX = 0.1;  // relative; beyond is a defect, or an edge
 
-/* Distances in the row of values from value i, at place (i % period, y % side) of the cell. */
+/* Distances from a value: along the row, in values, and in rows; by place in the cell of filters.
+ */
 struct nearest {
-    int period, side, reach;  // values; rows; rows that neighbours are away at most
+    int side, reach;  // of the cell; rows that neighbours are away at most
     struct {
-        int along[NEAR], rows[NEAR], channel;
+        int along[NEAR], rows[NEAR];
     } at[3 * CFA_SIDE_MAX * CFA_SIDE_MAX];
 };
 
@@ -40,6 +41,7 @@ struct reading {
     const struct sensor *sensor;
     struct nearest nearest;
     struct view view[SIGHTS_MAX];
+    float *scale;  // make_scales()
     int views, width, height, channels, count, coarse_side;
     char cfa[CFA_SIZE];
 };
@@ -55,10 +57,9 @@ static void find_nearest(struct reading *r)
     struct nearest *n = &r->nearest;
     const int side = r->channels == 3 ? 1 : cap_cfa_side(r->cfa), far = 2 * side;
     n->side = side;
-    n->period = side * r->channels;
-    for (int k = 0; k < side * n->period; k++) {
-        const int y = k / n->period, x = k % n->period / r->channels, c = k % r->channels;
-        const int own = n->at[k].channel = channel_at(r, x, y, c);
+    for (int k = 0; k < side * side * r->channels; k++) {
+        const int y = k / (side * r->channels), x = k / r->channels % side, c = k % r->channels;
+        const int own = channel_at(r, x, y, c);
         int found = 0;
         for (int d2 = 1; found < NEAR && d2 <= 2 * far * far; d2++)
             for (int v = -far; v <= far; v++)
@@ -94,63 +95,110 @@ static enum status fill(struct view *v, const struct reading *r, int top)
     return status;
 }
 
-/* One photosite: its flags; *residual is what it is off from its neighbours, relative, or NAN. */
-static inline unsigned char look(float *residual, const float *at, const float *const near[NEAR],
-                                 size_t i, float black, float full, float read2, float slope)
+/* What a row of values is compared by, value by value: each channel's own. */
+struct scales {
+    const float *black, *full, *read2, *slope;  // [count]
+};
+
+/* The values from, from + step, ... below end, whose neighbours are near[k] away. Free of branches.
+ */
+static inline __attribute__((always_inline)) void look(
+    unsigned char *restrict flags, float *restrict residual, const float *restrict at,
+    const ptrdiff_t near[NEAR], const struct scales *scales, int from, int end, int step)
 {
-    float x = at[i] - black, low = near[0][i], high = low, sum = 0;
-    for (int k = 0; k < NEAR; k++) {
-        float v = near[k][i];
-        low = v < low ? v : low;
-        high = v > high ? v : high;
-        sum += v;
+    const float *restrict black = scales->black, *restrict full = scales->full;
+    const float *restrict read2 = scales->read2, *restrict slope = scales->slope;
+    const float odd2 = (float)(ODD_SIGMAS * ODD_SIGMAS), lit2 = (float)(LIT_SIGMAS * LIT_SIGMAS);
+    const float smooth2 = (float)(SMOOTH_SIGMAS * SMOOTH_SIGMAS);
+    const float unequal2 = (float)(UNEQUAL * UNEQUAL), noise2 = (float)(NOISE_MAX * NOISE_MAX);
+    const float dim_part = (float)DIM_PART, far = (float)RESIDUAL_MAX;
+    for (int i = from; i < end; i += step) {
+        float low = at[i + near[0]], high = low, sum = low;
+        for (int k = 1; k < NEAR; k++) {
+            float v = at[i + near[k]];
+            low = v < low ? v : low;
+            high = v > high ? v : high;
+            sum += v;
+        }
+        float x = at[i] - black[i], mean = sum * (1.0f / NEAR) - black[i], spread = high - low;
+        low -= black[i];
+        high -= black[i];
+        float photons = read2[i] + slope[i] * (mean > 0 ? mean : 0);
+        float noise = photons + unequal2 * mean * mean;
+        float off = x > high ? x - high : low - x;
+        int dim = mean < dim_part * full[i] ? DIM : 0;
+        int lit = (low > 0) & (low * low > lit2 * photons) ? LIT : 0;
+        int odd = (off > 0) & (off * off > odd2 * noise) ? ODD | (x > high ? BRIGHT : 0) : 0;
+        int seen = high < full[i] ? TESTED | dim | lit | odd : 0;
+        bool tells = (seen != 0) & (odd == 0) & (spread * spread < smooth2 * noise) & (x < full[i])
+                     & (mean > 0) & (photons < noise2 * mean * mean)
+                     & (fabsf(x - mean) < far * mean);
+        flags[i] = (unsigned char)seen;
+        residual[i] = tells ? (x - mean) / mean : NAN;
     }
-    low -= black;
-    high -= black;
-    float mean = sum / NEAR - black, spread = high - low;
-    float photons = read2 + slope * (mean > 0 ? mean : 0);
-    float noise = photons + (float)(UNEQUAL * UNEQUAL) * mean * mean;
-    float off = x > high ? x - high : low - x;
-    *residual = NAN;
-    if (!(high < full))
-        return 0;
-    bool lit = low > 0 && low * low > (float)(LIT_SIGMAS * LIT_SIGMAS) * photons;
-    unsigned flags = TESTED | (mean < (float)DIM_PART * full ? DIM : 0u) | (lit ? LIT : 0u);
-    if (off > 0 && off * off > (float)(ODD_SIGMAS * ODD_SIGMAS) * noise)
-        return (unsigned char)(flags | ODD | (x > high ? BRIGHT : 0u));
-    bool smooth = spread * spread < (float)(SMOOTH_SIGMAS * SMOOTH_SIGMAS) * noise;
-    if (smooth && x < full && mean > 0 && photons < (float)(NOISE_MAX * NOISE_MAX) * mean * mean
-        && fabsf(x - mean) < (float)RESIDUAL_MAX * mean)
-        *residual = (x - mean) / mean;
-    return (unsigned char)flags;
+}
+
+WIDE static void look_at_all(unsigned char *flags, float *residual, const float *at,
+                             const ptrdiff_t near[NEAR], const struct scales *scales, int from,
+                             int end)
+{
+    look(flags, residual, at, near, scales, from, end, 1);
+}
+
+WIDE static void look_at_some(unsigned char *flags, float *residual, const float *at,
+                              const ptrdiff_t near[NEAR], const struct scales *scales, int from,
+                              int end, int step)
+{
+    if (step == 2)
+        look(flags, residual, at, near, scales, from, end, 2);
+    else
+        look(flags, residual, at, near, scales, from, end, step);
 }
 
 static void look_at_row(const struct view *v, const struct reading *r, int y, int row)
 {
     const struct nearest *n = &r->nearest;
-    const size_t line = (size_t)r->count, margin = (size_t)(n->reach * r->channels);
+    const size_t line = (size_t)r->count;
+    const int margin = n->reach * r->channels, places = n->side * r->channels;
     const float *at = v->dn + (size_t)(y - v->first) * line;
+    const float *scale = r->scale + (size_t)(y % n->side) * 4 * line;
+    const struct scales scales = {scale, scale + line, scale + 2 * line, scale + 3 * line};
     unsigned char *flags = v->flags + (size_t)row * line;
     float *residual = v->residual + (size_t)row * line;
-    for (size_t i = 0; i < line; i++) {
-        flags[i] = 0;
+    memset(flags, 0, line);
+    for (size_t i = 0; i < line; i++)
         residual[i] = NAN;
-    }
-    if (y < n->reach || y >= r->height - n->reach)
+    if (y < n->reach || y >= r->height - n->reach || r->count <= 2 * margin)
         return;
-    for (size_t p = 0; p < (size_t)n->period; p++) {
-        const int k = y % n->side * n->period + (int)p, c = n->at[k].channel;
-        const float *near[NEAR];
+    for (int p = 0; p < (r->channels == 3 ? 1 : places); p++) {
+        ptrdiff_t near[NEAR];
         for (int j = 0; j < NEAR; j++)
-            near[j] = at + n->at[k].rows[j] * (ptrdiff_t)line + n->at[k].along[j];
-        const float black = (float)r->sensor->black[c];
-        const float full = (float)(r->sensor->usable[c] - r->sensor->black[c]);
-        const float read2 = (float)(r->sensor->read_noise[c] * r->sensor->read_noise[c]);
-        const float slope = (float)(1 / r->sensor->gain[c]);
-        for (size_t i = p; i < line; i += (size_t)n->period)
-            if (i >= margin && i < line - margin)
-                flags[i] = look(&residual[i], at, near, i, black, full, read2, slope);
+            near[j] = n->at[y % n->side * places + p].rows[j] * (ptrdiff_t)line
+                      + n->at[y % n->side * places + p].along[j];
+        int from = margin + (p + places - margin % places) % places, end = r->count - margin;
+        if (r->channels == 3)
+            look_at_all(flags, residual, at, near, &scales, margin, end);
+        else
+            look_at_some(flags, residual, at, near, &scales, from, end, places);
     }
+}
+
+/* The scales of the rows of a cell: [side][4][count]. */
+static bool make_scales(struct reading *r)
+{
+    const size_t line = (size_t)r->count;
+    r->scale = malloc((size_t)r->nearest.side * 4 * line * sizeof *r->scale);
+    for (int y = 0; r->scale && y < r->nearest.side; y++)
+        for (size_t i = 0; i < line; i++) {
+            const struct sensor *sensor = r->sensor;
+            int c = channel_at(r, (int)i / r->channels, y, (int)i % r->channels);
+            float *to = r->scale + (size_t)y * 4 * line + i;
+            to[0] = (float)sensor->black[c];
+            to[line] = (float)(sensor->usable[c] - sensor->black[c]);
+            to[2 * line] = (float)(sensor->read_noise[c] * sensor->read_noise[c]);
+            to[3 * line] = (float)(1 / sensor->gain[c]);
+        }
+    return r->scale != NULL;
 }
 
 /* Logarithms of the means of coarse cells, along a row of them; then their second differences. */
@@ -159,14 +207,14 @@ static void look_coarsely(const struct view *v, const struct reading *r, int top
     const int side = r->coarse_side, columns = r->width / side;
     const size_t line = (size_t)r->count;
     for (int x = 0; x < columns; x++) {
-        double sum = 0;
-        for (int y = top; y < top + side; y++)
-            for (int i = x * side * r->channels; i < (x + 1) * side * r->channels; i++) {
-                int c = channel_at(r, i / r->channels, y, i % r->channels);
-                double dn = (double)v->dn[(size_t)(y - v->first) * line + (size_t)i];
-                sum += fmin(dn, r->sensor->usable[c]) - r->sensor->black[c];
-            }
-        coarse[x] = (float)log(fmax(sum / (side * side * r->channels), 1));
+        float sum = 0;
+        for (int y = top; y < top + side; y++) {
+            const float *dn = v->dn + (size_t)(y - v->first) * line;
+            const float *scale = r->scale + (size_t)(y % r->nearest.side) * 4 * line;
+            for (int i = x * side * r->channels; i < (x + 1) * side * r->channels; i++)
+                sum += fminf(dn[i] - scale[i], scale[line + (size_t)i]);
+        }
+        coarse[x] = (float)log(fmax((double)sum / (side * side * r->channels), 1));
     }
     for (int x = 0; x + 2 < columns; x++)
         coarse[x] = fmaxf(fminf(coarse[x] - 2 * coarse[x + 1] + coarse[x + 2], 1), -1);
@@ -241,27 +289,54 @@ static bool keep_sight(struct sights *s, const struct reading *r, size_t value, 
     return true;
 }
 
+/* How many of `count` flags are odd, and tested. */
+WIDE static struct sight_count count_flags(const unsigned char *restrict flags, size_t count)
+{
+    int odd = 0, tested = 0;
+    for (size_t i = 0; i < count; i++) {
+        odd += flags[i] & ODD;
+        tested += flags[i] & TESTED ? 1 : 0;
+    }
+    return (struct sight_count){odd, tested};
+}
+
+/* In how many of the views each value of a row is odd. */
+WIDE static void add_odd(unsigned char *restrict odd, const unsigned char *restrict flags,
+                         size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        odd[i] = (unsigned char)(odd[i] + (flags[i] & ODD));
+}
+
 static bool add_flags(struct sights *s, const struct reading *r, int top, int rows)
 {
     const size_t line = (size_t)r->count, wide = (size_t)CELL * (size_t)r->channels;
     const size_t cells_across = (line + wide - 1) / wide;
-    for (int row = 0; row < rows; row++)
-        for (size_t x = 0; x < line; x++) {
-            size_t i = (size_t)row * line + x;
-            size_t cell = (size_t)((top + row) / CELL) * cells_across + x / wide;
-            int odd = 0;
+    unsigned char *odd = malloc(line);
+    bool ok = odd != NULL;
+    for (int row = 0; row < rows && ok; row++) {
+        memset(odd, 0, line);
+        for (int k = 0; k < r->views; k++)
+            add_odd(odd, r->view[k].flags + (size_t)row * line, line);
+        for (size_t left = 0; left < line && ok; left += wide) {
+            size_t cell = (size_t)((top + row) / CELL) * cells_across + left / wide;
+            size_t end = left + wide < line ? left + wide : line;
             for (int k = 0; k < r->views; k++) {
-                unsigned flags = r->view[k].flags[i];
                 struct sight_count *here = &s->cell[cell * (size_t)r->views + (size_t)k];
-                here->tested += flags & TESTED ? 1 : 0;
-                here->odd += flags & ODD;
-                odd += flags & ODD;
+                struct sight_count more =
+                    count_flags(r->view[k].flags + (size_t)row * line + left, end - left);
+                here->odd += more.odd;
+                here->tested += more.tested;
             }
-            s->photosites++;
-            if (odd >= SIGHTS_LEAST && !keep_sight(s, r, (size_t)top * line + i, i, cell))
-                return false;
+            for (size_t x = left; x < end && ok; x++)
+                if (odd[x] >= SIGHTS_LEAST)
+                    ok = keep_sight(s, r, (size_t)(top + row) * line + x, (size_t)row * line + x,
+                                    cell);
         }
-    return true;
+        s->photosites += (double)line;
+    }
+    free(odd);
+    return ok;
 }
 
 /* A band of all views; false: a photograph or memory failed. */
@@ -391,6 +466,7 @@ enum status sights_read(struct sights *sights, const struct capture *capture, in
     bool ok = made.cell != NULL, memory = ok;
     for (int k = 0; k < r->views; k++)
         memory = make_view(&r->view[k], r) && memory;
+    memory = made.cell && make_scales(r) && memory;
     ok = memory;
     int step = r->views < SIGHTS_LEAST ? THIN * BAND : BAND;
     for (int top = 0; top < r->height && ok && r->views > 0; top += step)
@@ -402,6 +478,7 @@ enum status sights_read(struct sights *sights, const struct capture *capture, in
         }
     for (int k = 0; k < SIGHTS_MAX; k++)
         free_view(&r->view[k]);
+    free(r->scale);
     free(r);
     if (!ok || made.views == 0)
         sights_free(&made);  // a damaged photograph: nothing is told; the merge names it
