@@ -89,10 +89,12 @@ struct normal {
     double inliers, sites;  // photosites within three deviations; all
 };
 
-static void accumulate(struct normal *n, const struct fit *f, double coarse, double scale)
+// From every stride-th photosite.
+static void accumulate(struct normal *n, const struct fit *f, double coarse, double scale,
+                       int stride)
 {
     memset(n, 0, sizeof *n);
-    for (int k = 0; k < f->sites.count; k++) {
+    for (int k = 0; k < f->sites.count; k += stride) {
         const struct photosite *site = f->sites.site + k;
         double r, variance, by[UNKNOWNS];
         if (!residual_at(f, site, coarse, &r, &variance, by))
@@ -157,12 +159,15 @@ static void corners_by_warp(const struct fit *f, double by[8][WARP])
     }
 }
 
+enum { COARSE_SITES = 600 };
+
 // One step; *moved is the largest motion of a corner. false: the normal equations are singular.
 static bool take_step(struct fit *f, double coarse, double scale, double *moved)
 {
     struct normal n;
     double by[8][WARP];
-    accumulate(&n, f, coarse, scale);
+    // While the pattern is not yet in place, few photosites tell where it goes.
+    accumulate(&n, f, coarse, scale, coarse > 0 ? 1 + f->sites.count / COARSE_SITES : 1);
     if (!dense_cholesky(UNKNOWNS, n.a[0]))
         return false;
     dense_solve(UNKNOWNS, n.a[0], n.b);
@@ -262,7 +267,7 @@ static bool slide(struct fit *f)
 static bool covariance_of(const struct fit *f, struct normal *n, double scale,
                           double covariance[UNKNOWNS][UNKNOWNS])
 {
-    accumulate(n, f, 0, scale);
+    accumulate(n, f, 0, scale, 1);
     if (!dense_cholesky(UNKNOWNS, n->a[0]))
         return false;
     double half[UNKNOWNS][UNKNOWNS], scores[UNKNOWNS][UNKNOWNS] = {0};

@@ -87,9 +87,12 @@ static void look_at_tag(struct sums *ink, struct sums *paper, const struct tag_i
     const double grow[2] = {0.2 * (high[0] - low[0]), 0.2 * (high[1] - low[1])};
     const int x1 = (int)fmin(high[0] + grow[0], map->width - 1);
     const int y1 = (int)fmin(high[1] + grow[1], map->height - 1);
+    const struct lattice lattice = cal_lattice(map, 1.96 * (high[0] - low[0]) * (high[1] - low[1]));
     for (int y = (int)fmax(low[1] - grow[1], 0); y <= y1; y++)
-        for (int x = (int)fmax(low[0] - grow[0], 0); x <= x1; x++) {
+        for (int x = (int)fmax(low[0] - grow[0], 0); x <= x1 && cal_on_lattice(lattice, y); x++) {
             const double pixel[2] = {x, y};
+            if (!cal_on_lattice(lattice, x))
+                continue;
             double st[2], by[2][2];
             tag_image_apply(&image->square_from_q, pixel, st, by);
             const double margin[2] = {margin_px * (fabs(by[0][0]) + fabs(by[0][1])),

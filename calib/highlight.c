@@ -28,6 +28,15 @@ struct disc {
     float *gray;  // [height][width], NAN outside the disc
 };
 
+/** A ninth of the gray of the photosites left - 1 to left + width of a row. */
+static void gray_row(double *gray, float *row, const struct radiance *map, int y, int left,
+                     int width)
+{
+    cap_radiance_row(map, y, left - 1, left + width + 1, row, NULL);
+    for (int i = 0; i < width + 2; i++)
+        gray[i] = ((double)row[3 * i] + row[3 * i + 1] + row[3 * i + 2]) / 27;
+}
+
 static bool cut_disc(struct disc *d, const struct radiance *map, const double center[2],
                      double radius)
 {
@@ -39,19 +48,27 @@ static bool cut_disc(struct disc *d, const struct radiance *map, const double ce
     d->height = bottom - d->y + 1;
     if (d->width < 8 || d->height < 8)
         return false;
+    const int line = d->width + 2;
     d->gray = malloc((size_t)d->width * (size_t)d->height * sizeof *d->gray);
-    for (int j = 0; d->gray && j < d->height; j++)
-        for (int i = 0; i < d->width; i++) {
-            double sum = 0;
-            for (int n = 0; n < 9; n++) {
-                float v[3], unused[3];
-                cap_radiance_at(map, d->x + i + n % 3 - 1, d->y + j + n / 3 - 1, v, unused);
-                sum += ((double)v[0] + v[1] + v[2]) / 27;
-            }
-            bool inside = hypot(d->x + i - center[0], d->y + j - center[1]) < r;
-            d->gray[j * d->width + i] = inside ? (float)sum : NAN;
+    float *row = malloc(3 * (size_t)line * sizeof *row);
+    double *gray = malloc(3 * (size_t)line * sizeof *gray);  // of three rows, in turn
+    bool room = d->gray && row && gray;
+    for (int j = -1; room && j <= d->height; j++) {
+        gray_row(gray + (j + 1) % 3 * line, row, map, d->y + j, d->x, d->width);
+        for (int i = 0; i < d->width && j > 0; i++) {
+            double sum = 0, dx = d->x + i - center[0], dy = d->y + j - 1 - center[1];
+            for (int n = 0; n < 9; n++)
+                sum += gray[(j - 1 + n / 3) % 3 * line + i + n % 3];
+            d->gray[(j - 1) * d->width + i] = dx * dx + dy * dy < r * r ? (float)sum : NAN;
         }
-    return d->gray != NULL;
+    }
+    if (!room) {
+        free(d->gray);
+        d->gray = NULL;
+    }
+    free(row);
+    free(gray);
+    return room;
 }
 
 static int by_value(const void *a, const void *b)
@@ -63,19 +80,21 @@ static int by_value(const void *a, const void *b)
 /** Median and largest value of the disc, and how many photosites it has. */
 static int levels_of(const struct disc *d, float *work, double *median, int *peak)
 {
-    int n = 0, all = d->width * d->height;
+    enum { ENOUGH = 8192 };  // for the median
+    int n = 0, some = 0, all = d->width * d->height, step = 1 + all / ENOUGH;
     *peak = -1;
     for (int k = 0; k < all; k++) {
         if (!isfinite(d->gray[k]))
             continue;
-        work[n++] = d->gray[k];
+        if (n++ % step == 0)
+            work[some++] = d->gray[k];
         if (*peak < 0 || d->gray[k] > d->gray[*peak])
             *peak = k;
     }
     if (n == 0)
         return 0;
-    qsort(work, (size_t)n, sizeof *work, by_value);
-    *median = work[n / 2];
+    qsort(work, (size_t)some, sizeof *work, by_value);
+    *median = work[some / 2];
     return n;
 }
 

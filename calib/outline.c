@@ -51,6 +51,40 @@ static double pixels_per_radian(const struct camera *camera, const mat3 *rotatio
     return hypot(b[0] - a[0], b[1] - a[1]) / step;
 }
 
+/** A ring of pixels that holds all photosites near the outline, and not many more. */
+struct annulus {
+    double center[2], low2, high2;  // squares of the radii
+};
+
+static struct annulus annulus_of(const struct camera *camera, const mat3 *rotation,
+                                 const struct cone *cone, double inside, double outside)
+{
+    struct annulus a = {.low2 = 0, .high2 = DBL_MAX};
+    double low = DBL_MAX, high = 0, pixel[2];
+    if (!cal_direction_pixel(camera, rotation, cone->axis, a.center))
+        return a;
+    for (int i = 0; i < 64; i++) {
+        vec3 ray = cal_cone_ray(cone, cone->half_angle, i * CAP_PI / 32);
+        if (!cal_direction_pixel(camera, rotation, ray, pixel))
+            return a;
+        double r = hypot(pixel[0] - a.center[0], pixel[1] - a.center[1]);
+        low = fmin(low, r);
+        high = fmax(high, r);
+    }
+    // Between two of the points the outline strays by 0.1 % of its radius.
+    low = fmax(0.99 * low - 1.2 * inside - 2, 0);
+    high = 1.01 * high + 1.2 * outside + 2;
+    a.low2 = low * low;
+    a.high2 = high * high;
+    return a;
+}
+
+static bool in_annulus(const struct annulus *a, const double pixel[2])
+{
+    double dx = pixel[0] - a->center[0], dy = pixel[1] - a->center[1], r2 = dx * dx + dy * dy;
+    return r2 >= a->low2 && r2 <= a->high2;
+}
+
 /** Sort the photosites around the outline into sectors [count]. */
 static void gather(struct sector *sector, int count, const struct radiance *map,
                    const struct camera *camera, const mat3 *rotation, const struct cone *cone,
@@ -60,9 +94,12 @@ static void gather(struct sector *sector, int count, const struct radiance *map,
     for (int i = 0; i < 64; i++)
         scale[i] = pixels_per_radian(camera, rotation, cone, (i + 0.5) * CAP_PI / 32);
     const int stride = limb_stride(inside + outside);
+    struct annulus about = annulus_of(camera, rotation, cone, inside, outside);
     for (int y = (int)box_px[1]; y <= (int)box_px[3]; y += stride) {
         for (int x = (int)box_px[0]; x <= (int)box_px[2]; x += stride) {
             const double pixel[2] = {x, y};
+            if (!in_annulus(&about, pixel))
+                continue;
             vec3 ray = mat3_mul_t(rotation, cal_ray(camera, pixel));
             double along = vec3_dot(ray, cone->axis);
             double ru = vec3_dot(ray, cone->u), rv = vec3_dot(ray, cone->v);

@@ -233,23 +233,13 @@ static void draw_all(const struct canvas *canvas, const struct calibration *c,
 
 // ---- files
 
-static cairo_status_t write_bytes(void *stream, const unsigned char *data, unsigned length)
-{
-    return fwrite(data, 1, length, stream) == length ? CAIRO_STATUS_SUCCESS
-                                                     : CAIRO_STATUS_WRITE_ERROR;
-}
-
 static enum status save(cairo_surface_t *surface, const char *path, struct error *err)
 {
-    struct atomic_file file;
-    enum status status = cap_file_begin(&file, path, true, err);
-    if (status)
-        return status;
-    cairo_status_t drawn = cairo_surface_write_to_png_stream(surface, write_bytes, file.stream);
-    if (drawn == CAIRO_STATUS_SUCCESS || drawn == CAIRO_STATUS_WRITE_ERROR)
-        return cap_file_commit(&file, err);  // it knows why a write failed
-    cap_file_abandon(&file);
-    return cap_fail(err, STATUS_MEMORY, "%s: %s", path, cairo_status_to_string(drawn));
+    cairo_surface_flush(surface);
+    return cap_png_write(
+        (const uint32_t *)(const void *)cairo_image_surface_get_data(surface),
+        cairo_image_surface_get_width(surface), cairo_image_surface_get_height(surface),
+        cairo_image_surface_get_stride(surface) / (int)sizeof(uint32_t), path, err);
 }
 
 static enum status draw_view(const struct calibration *c, const struct capture *capture,

@@ -154,6 +154,11 @@ static void quad_range(const struct quadrilateral *q, const struct radiance *map
     range[3] = (int)fmin(q->box[3] + my + 1, map->height - 1);
 }
 
+static struct lattice lattice_of(const struct radiance *map, const int range[4])
+{
+    return cal_lattice(map, (range[2] - range[0] + 1.0) * (range[3] - range[1] + 1.0));
+}
+
 /** How far (s, t) moves in a photosite's margin, in x and y. */
 static void quad_margin(const struct quadrilateral *q, double x, double y, double margin[2])
 {
@@ -206,9 +211,12 @@ static enum status paper_facets(struct facets *facets, const struct radiance *ma
     quad_range(&q, map, 0.2, range);
     double margin[2];
     quad_margin(&q, 0.5 * (q.box[0] + q.box[2]), 0.5 * (q.box[1] + q.box[3]), margin);
+    const struct lattice lattice = lattice_of(map, range);
     for (int y = range[1]; y <= range[3]; y++)
-        for (int x = range[0]; x <= range[2]; x++) {
+        for (int x = range[0]; x <= range[2] && cal_on_lattice(lattice, y); x++) {
             double st[2];
+            if (!cal_on_lattice(lattice, x))
+                continue;
             quad_at(&q, x, y, st);
             if (all_white(pattern, st, margin))
                 sums_add(&quarter[(st[0] > 0.5) + 2 * (st[1] > 0.5)], map, x, y, st[0], st[1]);
@@ -264,9 +272,12 @@ static enum status patch_facets(struct facets *facets, const struct radiance *ma
     memset(sums, 0, sizeof sums);
     int range[4];
     quad_range(&q, map, 0, range);
+    const struct lattice lattice = lattice_of(map, range);
     for (int y = range[1]; y <= range[3]; y++)
-        for (int x = range[0]; x <= range[2]; x++) {
+        for (int x = range[0]; x <= range[2] && cal_on_lattice(lattice, y); x++) {
             double st[2], margin[2];
+            if (!cal_on_lattice(lattice, x))
+                continue;
             quad_at(&q, x, y, st);
             quad_margin(&q, x, y, margin);
             if (st[0] < margin[0] || st[0] > 1 - margin[0] || st[1] < margin[1]

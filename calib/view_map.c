@@ -26,6 +26,13 @@ int cal_measured(const struct radiance *map, const float variance[3], bool measu
     return *map->cfa || count == 3 ? count : 0;
 }
 
+struct lattice cal_lattice(const struct radiance *map, double region)
+{
+    const double wanted = 16384;
+    int step = (int)sqrt(region / wanted);
+    return (struct lattice){*map->cfa ? 2 : 1, step > 1 ? step : 1};
+}
+
 bool cal_gray(const struct radiance *map, int x, int y, double *value, double *variance)
 {
     bool measured[3];

@@ -16,4 +16,15 @@ int cal_measured(const struct radiance *map, const float variance[3], bool measu
 /** Mean of the channels and its variance; in a mosaic, of the photosite and what its neighbours
  *  say of the other two. false: saturated. */
 bool cal_gray(const struct radiance *map, int x, int y, double *value, double *variance);
+/** A lattice over some region: every step-th column of every step-th row; in mosaics, cells instead
+ *  of photosites. Of a large region some 16384 photosites tell enough, of a small one all. */
+struct lattice {
+    int cell, step;
+};
+struct lattice cal_lattice(const struct radiance *map, double region);
+/** Is this row, or column, of the lattice? */
+static inline bool cal_on_lattice(struct lattice l, int at)
+{
+    return at / l.cell % l.step == 0;
+}
 #endif

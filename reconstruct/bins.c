@@ -215,7 +215,12 @@ enum status rec_tally_finish(struct bins *bins, const struct tally *tally, struc
     int count = 0;
     for (int i = 0; i < rec_grid_bins(tally->grid); i++)
         if (tally->slot[i] && in_every_channel(&tally->sums[tally->slot[i] - 1]))
-            bin[count++] = finish_bin(&tally->sums[tally->slot[i] - 1], tally->grid, i);
+            bin[count++].index = i;
+#pragma omp parallel for schedule(static)
+    for (int k = 0; k < count; k++) {
+        const int i = bin[k].index;
+        bin[k] = finish_bin(&tally->sums[tally->slot[i] - 1], tally->grid, i);
+    }
     *bins = (struct bins){.bin = bin, .count = count, .grid = tally->grid};
     return STATUS_OK;
 }

@@ -48,9 +48,13 @@ static int band_of(int bin)
 
 static void check_coverage(struct checks *k, const struct bins *bins)
 {
+    int all[COVERAGE_BANDS] = {0};
+#pragma omp parallel for schedule(static) reduction(+ : all[:COVERAGE_BANDS])
     for (int bin = 0; bin < MERL_BINS; bin++)
         if (rec_merl_above(bin))
-            k->coverage[band_of(bin)].bins++;
+            all[band_of(bin)]++;
+    for (int i = 0; i < COVERAGE_BANDS; i++)
+        k->coverage[i].bins = all[i];
     for (int i = 0; i < bins->count; i++)
         if (rec_merl_above(bins->bin[i].index))
             k->coverage[band_of(bins->bin[i].index)].measured++;

@@ -186,9 +186,17 @@ enum status rec_job_write(struct job *j, struct error *err)
     enum { RESULTS = sizeof results / sizeof *results };
     cap_stage(j->run, "write", RESULTS);
     enum status status = cap_capture_hash(j->hash, &j->capture, err);
-    for (int i = 0; i < RESULTS && !status; i++) {
-        status = write_one(j, results[i].name, results[i].write, err);
-        cap_step(j->run);
+    if (!status) {
+#pragma omp parallel for schedule(dynamic, 1) num_threads(j->run->threads)
+        for (int i = 0; i < RESULTS; i++) {
+            struct error why = {0};
+            enum status written = write_one(j, results[i].name, results[i].write, &why);
+            if (written) {
+#pragma omp critical(job_status)
+                status = cap_fail(err, written, "%s", why.text);
+            }
+            cap_step(j->run);
+        }
     }
     if (!status && j->fine.bin)
         status = write_fine(j, err);

@@ -97,8 +97,6 @@ void rec_circle(struct pen *pen, point2 center, double radius, pen_style style);
 void rec_write(struct pen *pen, point2 at, enum align align, double size, enum ink ink,
                const char *format, ...) __attribute__((format(printf, 6, 7)));
 
-/** As a PNG file, complete or not at all. STATUS_IO. */
-enum status rec_png_write(const struct picture *picture, const char *path, struct error *err);
 /** A picture as the text of a PNG file in base 64, for a page. false: the stream failed or no
  *  memory. */
 bool rec_png_base64(FILE *to, const struct picture *picture);

@@ -220,18 +220,3 @@ bool rec_png_base64(FILE *to, const struct picture *picture)
     free(bytes.data);
     return made == CAIRO_STATUS_SUCCESS && !ferror(to);
 }
-
-enum status rec_png_write(const struct picture *picture, const char *path, struct error *err)
-{
-    struct atomic_file file;
-    enum status status = cap_file_begin(&file, path, false, err);
-    if (status)
-        return status;
-    cairo_surface_t *s = surface_of(picture);
-    cairo_status_t made = cairo_surface_write_to_png(s, file.aside);
-    cairo_surface_destroy(s);
-    if (made == CAIRO_STATUS_SUCCESS)
-        return cap_file_commit(&file, err);
-    cap_file_abandon(&file);
-    return cap_fail(err, STATUS_IO, "%s: %s", path, cairo_status_to_string(made));
-}

@@ -73,7 +73,8 @@ static enum status predict_view(const struct predicted_of *of, int view, const c
     cap_radiance_free(&map);
     if (!status) {
         struct picture picture = paint(&p);
-        status = picture.argb ? rec_png_write(&picture, to, err)
+        status = picture.argb ? cap_png_write(picture.argb, picture.width, picture.height,
+                                              picture.width, to, err)
                               : cap_fail(err, STATUS_MEMORY, "%s: no memory", name);
         rec_picture_free(&picture);
     }

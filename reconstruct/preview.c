@@ -27,7 +27,8 @@ enum status rec_preview(const struct merl *table, const struct fit *fit, const c
     if (!status) {
         draw(&picture, &measured, 0, run->threads);
         draw(&picture, &fitted, SIZE, run->threads);
-        status = rec_png_write(&picture, path, err);
+        status =
+            cap_png_write(picture.argb, picture.width, picture.height, picture.width, path, err);
     }
     rec_lookup_free(measured.lookup);
     rec_picture_free(&picture);

@@ -129,24 +129,50 @@ static const struct {
     {"script", write_script},
 };
 
-static void write_mark(const struct report *r, const char *name, size_t length)
+enum { MARKS = sizeof marks / sizeof *marks };
+
+// What stands in place of the marks, in memory: sections are made beside each other, the last ones,
+// which take longest, first.
+static bool write_sections(char *text[MARKS], const struct report *r)
 {
-    for (size_t i = 0; i < sizeof marks / sizeof *marks; i++)
-        if (strlen(marks[i].name) == length && strncmp(marks[i].name, name, length) == 0)
-            marks[i].write(r);
+    bool good = true;
+#pragma omp parallel for schedule(dynamic, 1) num_threads(r->options.threads) reduction(&& : good)
+    for (int i = MARKS - 1; i >= 0; i--) {
+        size_t size;
+        struct report section = *r;
+        section.to = open_memstream(&text[i], &size);
+        if (section.to)
+            marks[i].write(&section);
+        good = section.to && !ferror(section.to) && fclose(section.to) == 0 && good;
+    }
+    return good;
 }
 
-static void write_page(const struct report *r)
+static void write_mark(FILE *to, char *const text[MARKS], const char *name, size_t length)
+{
+    for (int i = 0; i < MARKS; i++)
+        if (strlen(marks[i].name) == length && strncmp(marks[i].name, name, length) == 0)
+            fputs(text[i], to);
+}
+
+static enum status write_page(const struct report *r, struct error *err)
 {
     static const char begin[] = "<!--@", end[] = "-->";
     const char *at = rec_asset_report_html, *mark;
-    while ((mark = strstr(at, begin))) {
+    char *text[MARKS] = {NULL};
+    enum status status = STATUS_OK;
+    if (!write_sections(text, r))
+        status = cap_fail(err, STATUS_MEMORY, "%s: no memory for the report", r->out);
+    while (!status && (mark = strstr(at, begin))) {
         const char *name = mark + strlen(begin), *stop = strstr(name, end);
         fwrite(at, 1, (size_t)(mark - at), r->to);
-        write_mark(r, name, (size_t)(stop - name));
+        write_mark(r->to, text, name, (size_t)(stop - name));
         at = stop + strlen(end);
     }
     fputs(at, r->to);
+    for (int i = 0; i < MARKS; i++)
+        free(text[i]);
+    return status;
 }
 
 // ---- files
@@ -192,8 +218,11 @@ enum status rec_report(const char *out, int threads, struct error *err)
         status = cap_file_begin(&file, path, true, err);
     if (!status) {
         r.to = file.stream;
-        write_page(&r);
-        status = cap_file_commit(&file, err);  // it knows of writes that failed
+        status = write_page(&r, err);
+        if (status)
+            cap_file_abandon(&file);
+        else
+            status = cap_file_commit(&file, err);  // it knows of writes that failed
     }
     rec_plot_source_free(&r.source);
     cal_calibration_free(&r.calibration);

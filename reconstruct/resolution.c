@@ -138,6 +138,7 @@ static double sharpen(struct bin *b, const struct fit *fit, double blur2)
 double rec_bins_sharpen(struct bins *bins, const struct fit *fit)
 {
     double change = 0;
+#pragma omp parallel for schedule(static) reduction(max : change)
     for (int i = 0; i < bins->count; i++)
         change = fmax(change, sharpen(&bins->bin[i], fit, bins->blur2));
     return change;
@@ -186,6 +187,7 @@ static bool aligned(const struct bin *b)
 
 void rec_bins_align(struct bins *bins, const struct fit *fit)
 {
+#pragma omp parallel for schedule(static)
     for (int i = 0; i < bins->count; i++)
         if (!aligned(&bins->bin[i]))
             align(&bins->bin[i], fit);
@@ -218,6 +220,7 @@ static void widen(struct bin *b, struct grid grid, const struct fit *fit)
 
 void rec_bins_widen(struct bins *bins, const struct fit *fit)
 {
+#pragma omp parallel for schedule(static)
     for (int i = 0; i < bins->count; i++)
         widen(&bins->bin[i], rec_grid_of(bins), fit);
 }

@@ -354,11 +354,37 @@ static void test_what_is_no_photograph_is_refused(void **state)
     assert_non_null(strstr(err.text, "/nowhere/a.tif"));
 }
 
+/* A picture that we write, without what stands between its rows, is read as it was. */
+static void test_a_picture_comes_back(void **state)
+{
+    (void)state;
+    enum { STRIDE = WIDTH + 3 };
+    static uint32_t picture[HEIGHT * STRIDE];
+    static uint16_t rgb[COUNT];
+    static float back[COUNT];
+    struct photo_file *file = NULL;
+    struct error err = {0};
+    fill_image(rgb, 8);
+    for (int i = 0; i < WIDTH * HEIGHT; i++)
+        picture[i / WIDTH * STRIDE + i % WIDTH] = 0xab000000u | (uint32_t)rgb[3 * i] << 16
+                                                  | (uint32_t)rgb[3 * i + 1] << 8 | rgb[3 * i + 2];
+    assert_int_equal(cap_png_write(picture, WIDTH, HEIGHT, STRIDE, path, &err), STATUS_OK);
+    assert_int_equal(photo_open(&file, path, &err), STATUS_OK);
+    assert_int_equal(file->info.width, WIDTH);
+    assert_int_equal(file->info.height, HEIGHT);
+    assert_int_equal(photo_read(file, back, HEIGHT, &err), STATUS_OK);
+    assert_same(back, rgb, COUNT);
+    photo_close(file);
+    assert_int_equal(cap_png_write(picture, WIDTH, HEIGHT, STRIDE, "/no/such/folder/a.png", &err),
+                     STATUS_IO);
+}
+
 int main(void)
 {
     const struct CMUnitTest more[] = {
         cmocka_unit_test(test_jpeg),
         cmocka_unit_test(test_png),
+        cmocka_unit_test(test_a_picture_comes_back),
         cmocka_unit_test(test_exr_image),
         cmocka_unit_test(test_dng),
         cmocka_unit_test(test_truncation_is_an_error),

@@ -259,6 +259,11 @@ void cap_radiance_free(struct radiance *map);
 enum status cap_picture_write(const float *rgb, int width, int height, const char *path,
                               struct error *err);
 
+/** A picture as PNG: 0xRRGGBB (what stands above is passed over) in rows `stride` apart. Complete
+ * or not at all: STATUS_IO, STATUS_MEMORY. */
+enum status cap_png_write(const uint32_t *rgb, int width, int height, int stride, const char *path,
+                          struct error *err);
+
 /** What a photograph or map (any format that is read) says of itself, as lines for people or one
  *  JSON object: make model lens taken width height channels bits cfa black white exposure_time
  *  aperture iso focal_length orientation; null where unknown. */
