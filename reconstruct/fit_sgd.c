@@ -17,7 +17,7 @@
 #include <string.h>
 
 enum { CHANNEL = 10, BEST = 3, COARSE = 400 };
-enum { RHO_D, RHO_S, LN_ALPHA, P, F0, F1, LN_LAMBDA, LN_S, K, THETA0 };
+enum { RHO_D, RHO_S, LN_ALPHA, P, F0, F1, LN_LAMBDA, LN_S, K, THETA0, LOBE = LN_LAMBDA };
 
 static const double low[CHANNEL] = {0, 0, -11.5, 0, 0, -2, -18, -8, 1, -1};
 static const double high[CHANNEL] = {1, 10, 0.69, 3, 10, 10, 18, 4, 1500, 1.3};
@@ -33,6 +33,8 @@ struct seen {
 struct channel {
     const struct seen *seen;
     enum fit_cost cost;
+    int free;              // of the parameters, from the first on: LOBE or CHANNEL
+    double kept[CHANNEL];  // the others
     // Normalisations at alpha and p, a step of each further, and the place they belong to.
     double at[2], kap[3];
 };
@@ -68,27 +70,68 @@ static double value_of(const double *v, double kap, const struct seen *s)
     return (v[RHO_D] + v[RHO_S] * fmin(1, fmax(0, fresnel)) * lobe_of(v, kap, s)) / CAP_PI;
 }
 
-static void residual(const void *context, int i, const double *v, double *r, double *slope)
+// The same with its derivatives by the four numbers of shadowing.
+static double shadowing_slopes(const double *v, double theta, double by[CHANNEL - LOBE])
+{
+    double room = CAP_PI / 2 - v[THETA0], x = (theta - v[THETA0]) / room;
+    double deep = exp(v[LN_LAMBDA]), rise = x > 0 ? exp(v[LN_S]) * pow(x, v[K]) : 0;
+    double g = 1 - deep * expm1(rise);
+    bool free = x > 0 && g > 0;
+    double by_log_rise = free ? -deep * exp(rise) * rise : 0;
+    by[LN_LAMBDA - LOBE] = free ? g - 1 : 0;
+    by[LN_S - LOBE] = by_log_rise;
+    by[K - LOBE] = free ? by_log_rise * log(x) : 0;
+    by[THETA0 - LOBE] = free ? by_log_rise * v[K] / x * (theta - CAP_PI / 2) / (room * room) : 0;
+    return fmin(1, fmax(0, g));
+}
+
+// value_of with its derivatives.
+static double value_slopes(const struct channel *c, const double *v, const struct seen *s,
+                           double by[CHANNEL])
+{
+    double by_i[CHANNEL - LOBE], by_o[CHANNEL - LOBE], alpha = exp(v[LN_ALPHA]);
+    double g_i = shadowing_slopes(v, s->theta_i, by_i), g_o = shadowing_slopes(v, s->theta_o, by_o);
+    double slopes =
+        rec_sgd_slopes(s->a, alpha, v[P], c->kap[0]) / (CAP_PI * s->a.cos_i * s->a.cos_o);
+    double rise = rec_schlick(s->a.c), fresnel = v[F0] - s->a.c * v[F1] + rise * (1 - v[F0]);
+    bool free = fresnel > 0 && fresnel < 1;
+    double lobe = slopes * g_i * g_o, facets = fmin(1, fmax(0, fresnel));
+    double tan2 = s->a.sin2_h / s->a.cos2_h, x = alpha + tan2 / alpha, dx = alpha - tan2 / alpha;
+    double gloss = v[RHO_S] * facets * lobe;
+    by[RHO_D] = 1 / CAP_PI;
+    by[RHO_S] = facets * lobe;
+    by[LN_ALPHA] = gloss * (log(c->kap[1] / c->kap[0]) / step - dx * (1 + v[P] / x));
+    by[P] = gloss * (log(c->kap[2] / c->kap[0]) / step - log(x));
+    by[F0] = free ? v[RHO_S] * (1 - rise) * lobe : 0;
+    by[F1] = free ? -v[RHO_S] * s->a.c * lobe : 0;
+    for (int k = LOBE; k < CHANNEL; k++)
+        by[k] = v[RHO_S] * facets * slopes * (by_i[k - LOBE] * g_o + g_i * by_o[k - LOBE]);
+    return v[RHO_D] / CAP_PI + gloss;
+}
+
+// slope is [][free].
+static void residual(const void *context, int i, const double *turned, double *r, double *slope)
 {
     struct channel *c = (struct channel *)(uintptr_t)context;  // its memory of the last place
     const struct seen *s = &c->seen[i];
+    double v[CHANNEL], by_parameter[CHANNEL], by_f[2];
+    for (int k = 0; k < CHANNEL; k++)
+        v[k] = k < c->free ? turned[k] : c->kept[k];
     normalise(c, v);
-    double f = value_of(v, c->kap[0], s), by_f[2];
+    double f = slope ? value_slopes(c, v, s, by_parameter) : value_of(v, c->kap[0], s);
     rec_fit_miss(c->cost, &s->of, f, r, by_f);
-    for (int k = 0; slope && k < CHANNEL; k++) {
-        double moved[CHANNEL];
-        memcpy(moved, v, sizeof moved);
-        moved[k] += step;
-        double kap = c->kap[k == LN_ALPHA ? 1 : k == P ? 2 : 0];
-        double by_parameter = (value_of(moved, kap, s) - f) / step;
-        for (int j = 0; j < rec_fit_residuals(c->cost); j++)
-            slope[j * CHANNEL + k] = by_f[j] * by_parameter;
-    }
+    for (int j = 0; slope && j < rec_fit_residuals(c->cost); j++)
+        for (int k = 0; k < c->free; k++)
+            slope[j * c->free + k] = by_f[j] * by_parameter[k];
 }
 
-static enum status descend(struct channel *c, int points, int iterations, double *v, double *cost,
-                           struct error *err)
+// The first `free` parameters, the others as they are.
+static enum status descend(struct channel *c, int free, int points, int iterations, double *v,
+                           double *cost, struct error *err)
 {
+    c->free = free;
+    for (int k = 0; k < CHANNEL; k++)
+        c->kept[k] = v[k] = fmin(high[k], fmax(low[k], v[k]));
     struct least_squares problem = {
         .residual = residual,
         .context = c,
@@ -98,14 +141,20 @@ static enum status descend(struct channel *c, int points, int iterations, double
         .scale = rec_fit_scale(c->cost),
         .points = points,
         .residuals = rec_fit_residuals(c->cost),
-        .size = CHANNEL,
+        .size = free,
         .iterations = iterations,
     };
-    for (int k = 0; k < CHANNEL; k++)
-        v[k] = fmin(high[k], fmax(low[k], v[k]));
     enum status status = rec_least_squares(&problem, err);
     *cost = problem.cost;
     return status;
+}
+
+// Shadowing tells little before the lobe is in its place, and would run to where it tells nothing.
+static enum status go_down(struct channel *c, int points, double *v, double *cost,
+                           struct error *err)
+{
+    enum status status = descend(c, LOBE, points, 25, v, cost, err);
+    return status ? status : descend(c, CHANNEL, points, 40, v, cost, err);
 }
 
 // ---- the search
@@ -124,6 +173,7 @@ static void shadow_like_smith(double *v)
 static double complete(struct channel *c, int points, double *v)
 {
     double n[FIT_UNKNOWNS][FIT_UNKNOWNS] = {0}, b[FIT_UNKNOWNS] = {0}, x[FIT_UNKNOWNS], cost = 0;
+    c->free = CHANNEL;
     normalise(c, v);
     for (int i = 0; i < points; i++) {
         const struct seen *s = &c->seen[i];
@@ -149,7 +199,8 @@ static double complete(struct channel *c, int points, double *v)
     return cost;
 }
 
-static enum status search_channel(struct channel *c, int points, double *v, struct error *err)
+static enum status search_channel(struct channel *c, int points, double *v, double *reached,
+                                  struct error *err)
 {
     static const double ps[] = {0.05, 0.4, 0.8, 1.3};
     double best[BEST][CHANNEL], cost[BEST] = {INFINITY, INFINITY, INFINITY}, least = INFINITY;
@@ -171,11 +222,31 @@ static enum status search_channel(struct channel *c, int points, double *v, stru
         }
     enum status status = STATUS_OK;
     for (int k = 0; k < BEST && !status && isfinite(cost[k]); k++) {
-        status = descend(c, points, 40, best[k], &cost[k], err);
+        status = go_down(c, points, best[k], &cost[k], err);
         if (!status && cost[k] < least) {
             least = cost[k];
             memcpy(v, best[k], sizeof best[k]);
         }
+    }
+    *reached = least;
+    return status;
+}
+
+// Channels mostly share their slopes: where another channel's make a better start than the
+// channel's own, its result is that of the better one.
+static enum status learn(struct channel *c, int points, double *v, double *cost,
+                         const double *other, struct error *err)
+{
+    const double exact = 1e-8;  // of a point
+    if (*cost < exact * points)
+        return STATUS_OK;
+    double at[CHANNEL], reached;
+    memcpy(at, other, sizeof at);
+    complete(c, points, at);
+    enum status status = go_down(c, points, at, &reached, err);
+    if (!status && reached < *cost) {
+        *cost = reached;
+        memcpy(v, at, sizeof at);
     }
     return status;
 }
@@ -219,28 +290,41 @@ static void to_model(double *model, const double *v, int c)
     model[3 * LN_S + c] = exp(fmin(88, v[LN_S] - v[K] * log(CAP_PI / 2 - v[THETA0])));
 }
 
-enum status rec_fit_sgd(const struct fit_model *f, const int *pick, int picked, bool search,
+// Each channel's search on some of the points, and what it learns of the others.
+static enum status search(const struct fit_model *f, const int *pick, int picked, struct seen *seen,
+                          double v[3][CHANNEL], struct error *err)
+{
+    double cost[3];
+    enum status status = STATUS_OK;
+    for (int k = 0; k < 6 && !status; k++) {  // all channels for themselves, and again
+        int c = k % 3, step_ = picked / COARSE + 1;
+        struct channel channel = {.seen = seen, .cost = f->cost, .at = {NAN, NAN}};
+        int n = see(seen, f, pick, picked, step_, c);
+        if (k < 3)
+            status = search_channel(&channel, n, v[c], &cost[c], err);
+        for (int other = 1; k >= 3 && other < 3 && !status; other++)
+            status = learn(&channel, n, v[c], &cost[c], v[(c + other) % 3], err);
+    }
+    return status;
+}
+
+enum status rec_fit_sgd(const struct fit_model *f, const int *pick, int picked, bool searched,
                         int iterations, double *solver, struct error *err)
 {
-    double model[MODEL_PARAMETERS_MAX], v[CHANNEL], cost;
+    double model[MODEL_PARAMETERS_MAX], v[3][CHANNEL], cost;
     struct seen *seen = malloc((size_t)picked * sizeof *seen);
     if (!seen)
         return cap_fail(err, STATUS_MEMORY, "no memory for a fit");
-    enum status status = STATUS_OK;
     rec_fit_to_model(f, solver, model);
+    for (int c = 0; c < 3; c++)
+        from_model(v[c], model, c);
+    enum status status = searched ? search(f, pick, picked, seen, v, err) : STATUS_OK;
     for (int c = 0; c < 3 && !status; c++) {
         struct channel channel = {.seen = seen, .cost = f->cost, .at = {NAN, NAN}};
-        if (search) {
-            int n = see(seen, f, pick, picked, picked / COARSE + 1, c);
-            status = search_channel(&channel, n, v, err);
-        } else {
-            from_model(v, model, c);
-        }
         int n = see(seen, f, pick, picked, 1, c);
+        status = descend(&channel, CHANNEL, n, iterations, v[c], &cost, err);
         if (!status)
-            status = descend(&channel, n, iterations, v, &cost, err);
-        if (!status)
-            to_model(model, v, c);
+            to_model(model, v[c], c);
     }
     if (!status)
         rec_fit_to_solver(f, model, solver);
