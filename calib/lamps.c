@@ -10,6 +10,9 @@
 
 static const double STRAY = 3;   // sigmas that board and sample may differ by
 static const double DOUBT = 30;  // of a sample's facets that mislead
+// Of a cylinder's: its turn is told by the outline alone, and what it is off by all of its facets
+// share. With this lamps lie within their sigmas, with 1 they lie 3 of them off, with 30 a fifth.
+static const double DOUBT_TURN = 5;
 // A few thousand facets tell all there is to tell; more views need fewer of each.
 enum { SAMPLE_FACETS = 6000, VIEW_FACETS_MAX = 600, VIEW_FACETS_MIN = 60 };
 
@@ -199,13 +202,16 @@ static bool misled(const struct calibration *c, const struct sample_shift *shift
 }
 
 /** Board and sample together. Where light contradicts the outline, the sample's reflectance is what
- *  is not understood: then it is doubted. The shape of others than spheres is known less well. */
+ *  is not understood: then it is doubted. A cylinder's turn is known less well, and a mesh is known
+ *  between its corners only by smooth normals. */
 static enum status fit_together(struct lamp_search *search, struct calibration *c,
                                 struct facets *sample, const struct seen_highlight *highlight,
                                 struct sample_shift *shift, struct run *run, struct error *err)
 {
     enum status status = STATUS_OK;
-    double doubt = c->sample.shape == SHAPE_SPHERE ? 1 : DOUBT;
+    double doubt = c->sample.shape == SHAPE_SPHERE     ? 1
+                   : c->sample.shape == SHAPE_CYLINDER ? DOUBT_TURN
+                                                       : DOUBT;
     for (bool again = true; again && !status;) {
         status = cal_lamp_fit_bounced(c, search->capture, &search->board, sample, highlight, doubt,
                                       search->out, shift, run, err);
