@@ -44,6 +44,7 @@ struct cue_node {
 struct light_node {
     char *name, *frame;
     double *position, *direction, *intensity, *irradiance;  // [3] each, or NULL
+    double *beam_axis, beam_falloff[2], sigma_beam[2];
     double radius, sigma_position[3], sigma_direction[3], sigma_intensity[3], sigma_irradiance[3];
     double covariance[16];
     struct cue_node *cue;
@@ -148,6 +149,9 @@ static const cyaml_schema_field_t light_fields[] = {TEXT(NEED, light_node, name)
                                                     VECTOR(light_node, intensity),
                                                     VECTOR(light_node, irradiance),
                                                     NUMBER(MAY, light_node, radius),
+                                                    VECTOR(light_node, beam_axis),
+                                                    NUMBERS(MAY, light_node, beam_falloff, 2),
+                                                    NUMBERS(MAY, light_node, sigma_beam, 2),
                                                     NUMBERS(MAY, light_node, sigma_position, 3),
                                                     NUMBERS(MAY, light_node, sigma_direction, 3),
                                                     NUMBERS(MAY, light_node, sigma_intensity, 3),
@@ -261,6 +265,10 @@ static enum status take_light(struct lamp *lamp, struct light_node *node, struct
     if (point) {
         lamp->position = vec3_of(node->position);
         lamp->radius = node->radius;
+        if (node->beam_axis && node->beam_falloff[1] > 0)
+            lamp->beam =
+                (struct beam){vec3_of(node->beam_axis), node->beam_falloff[0],
+                              node->beam_falloff[1], node->sigma_beam[0], node->sigma_beam[1]};
     } else {
         vec3 direction = vec3_of(node->direction);
         if (!(vec3_length(direction) > 0))

@@ -122,6 +122,13 @@ static void write_lamp(struct yaml_out *out, const struct lamp *l)
         numbers_if_known(out, "sigma_position", l->sigma_position, 3);
         number_if_known(out, "radius", l->radius);
     }
+    if (l->beam.exponent > 0) {
+        const double falloff[2] = {l->beam.exponent, l->beam.cosine};
+        const double sigma[2] = {l->beam.sigma_axis, l->beam.sigma_exponent};
+        write_vec3(out, "beam_axis", l->beam.axis);
+        cap_yaml_numbers(out, "beam_falloff", falloff, 2);
+        numbers_if_known(out, "sigma_beam", sigma, 2);
+    }
     cap_yaml_numbers(out, l->at_infinity ? "irradiance" : "intensity", l->intensity, 3);
     numbers_if_known(out, l->at_infinity ? "sigma_irradiance" : "sigma_intensity",
                      l->sigma_intensity, 3);

@@ -202,6 +202,12 @@ vec3 cal_lamp_way(const struct lamp *lamp, pose view_from_world, vec3 point, dou
     }
     vec3 to = vec3_sub(cal_lamp_position(lamp, view_from_world), point);
     double distance = vec3_length(to);
+    vec3 way = vec3_scale(to, 1 / distance);
     *falloff = 1 / (distance * distance);
-    return vec3_scale(to, 1 / distance);
+    if (lamp->beam.exponent > 0) {
+        mat3 r = cal_rotation(view_from_world.rotation);
+        vec3 away = vec3_scale(lamp->on_camera ? mat3_mul(&r, way) : way, -1);
+        *falloff *= cal_beam_share(&lamp->beam, away);
+    }
+    return way;
 }

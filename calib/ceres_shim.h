@@ -28,7 +28,7 @@ struct ceres_parameter {
     double *covariance;        // [size][size] from ceres_covariance; 0 where held; may be NULL
 };
 
-enum { CERES_TERM_PARAMETERS = 7 };
+enum { CERES_TERM_PARAMETERS = 8 };
 /** A term of the cost: 1/2 loss(|residuals|^2). */
 struct ceres_term {
     ceres_evaluate evaluate;

@@ -123,7 +123,7 @@ enum status cal_highlight_cue(struct calibration *c, int l, const struct seen_hi
     return STATUS_OK;
 }
 
-static void compare(const struct lamp *lamp, struct run *run)
+void cal_cues_compare(const struct lamp *lamp, struct run *run)
 {
     const struct lamp_cue *joint = &lamp->cue[CUE_JOINT];
     for (int k = CUE_BOARD; k < CUES; k++) {
@@ -160,10 +160,7 @@ enum status cal_cues(struct calibration *c, const struct capture *capture,
             status = cap_fail(err, s, "%s", own.text);
         }
     }
-    for (int l = 0; l < c->lamps && !status; l++) {
+    for (int l = 0; l < c->lamps && !status; l++)
         status = cal_highlight_cue(c, l, highlight, err);
-        if (!status)
-            compare(&c->lamp[l], run);
-    }
     return status;
 }

@@ -14,6 +14,7 @@
  *           never below the formal ones.
  */
 #include "ceres_shim.h"
+#include "beam_model.h"
 #include "lamp_state.h"
 #include "sandwich.h"
 
@@ -39,6 +40,8 @@ static const double PLACE_PRIOR[3] = {1, 1, 10};
 // reflectance is anything up to 1, where its highlight is not measured.
 static const double ECHO_PRIOR[ECHOES] = {0.05, 1, 1, 0.5, 0.5, 0.5, 1};
 static const double NO_MIRROR = 1e-6;
+// Of a beam: an axis that points past the scene, and any exponent.
+static const double BEAM_PRIOR[BEAM_NUMBERS] = {1, 1, 20};
 static const double FAR_SIGMAS = 3;
 static const double SETTLED = 0.1;                    // of the logarithm of such a scale
 static const double SCALE_MIN = 0.1, SCALE_MAX = 10;  // of a material's sigmas, by its residuals
@@ -110,7 +113,7 @@ struct problem {
     struct ceres_parameter *parameter;
     bool *held;  // all true, room for the largest block
     int terms, parameters;
-    int at_intensity, at_power, at_vignetting, at_paper, at_lobe, at_echo, at_lit,
+    int at_intensity, at_power, at_vignetting, at_paper, at_lobe, at_echo, at_lit, at_beam,
         at_shift;  // first
 };
 
@@ -126,6 +129,7 @@ static void add_parameters(struct problem *p, struct lamp_state *s, const struct
                            bool has_flat, bool has_sample)
 {
     static const bool distance_held[3] = {false, false, true};
+    static const double beam_low[BEAM_NUMBERS] = {-3, -3, 1e-3}, beam_high[] = {3, 3, 100};
     static const double nearest[3] = {-10, -10, 0}, farthest[3] = {10, 10, 100};  // w >= 0
     bool *hold = p->held;
     int n = 0;
@@ -163,6 +167,15 @@ static void add_parameters(struct problem *p, struct lamp_state *s, const struct
         (struct ceres_parameter){.value = s->lit,
                                  .size = ECHOES,
                                  .held = has_sample && c->surroundings.strength > 0 ? NULL : hold};
+    p->at_beam = n;
+    for (int l = 0; l < c->lamps; l++) {
+        bool free = s->beams_free && s->beam[l][2] != 0 && !s->far[l];
+        p->parameter[n++] = (struct ceres_parameter){.value = s->beam[l],
+                                                     .size = BEAM_NUMBERS,
+                                                     .held = free ? NULL : hold,
+                                                     .low = free ? beam_low : NULL,
+                                                     .high = free ? beam_high : NULL};
+    }
     p->at_shift = n;
     p->parameter[n++] = (struct ceres_parameter){
         .value = s->shift,
@@ -201,6 +214,7 @@ static void add_facet(struct problem *p, const struct facet *f, const struct lam
     if (o->kind == KIND_SAMPLE)
         block[blocks++] = p->at_shift;
     block[blocks++] = o->kind == KIND_SAMPLE ? p->at_lit : p->at_echo;
+    block[blocks++] = p->at_beam + view->light;
     add_term(p, cal_lamp_evaluate, 3, OUTLIER, blocks, block);
 }
 
@@ -246,6 +260,15 @@ static void add_priors(struct problem *p, const struct calibration *c)
         *o = (struct observation){.kind = KIND_PLACE_PRIOR};
         memcpy(o->sigma, PLACE_PRIOR, sizeof PLACE_PRIOR);
         add_term(p, cal_lamp_evaluate_zero_prior, 3, 0, 1, &l);
+    }
+    for (int l = 0; l < c->lamps; l++) {
+        const int block = p->at_beam + l;
+        struct observation *o = &p->observation[p->terms];
+        if (p->parameter[block].held)
+            continue;
+        *o = (struct observation){.kind = KIND_BEAM_PRIOR};
+        memcpy(o->sigma, BEAM_PRIOR, sizeof BEAM_PRIOR);
+        add_term(p, cal_lamp_evaluate_zero_prior, BEAM_NUMBERS, 0, 1, &block);
     }
     if (!p->parameter[p->at_lobe].held)
         add_term(p, cal_lamp_evaluate_lobe_prior, LOBE_PRIORS, 0, 1, &p->at_lobe);
@@ -355,8 +378,8 @@ static enum status solve(struct calibration *c, struct lamp_state *s, const stru
     const struct facets none = {0}, *board = e->board ? e->board : &none;
     const struct facets *sample = e->sample ? e->sample : &none;
     size_t terms =
-        (size_t)(board->count + sample->count + 2 * c->views + c->cameras + c->lamps + 4);
-    size_t blocks = (size_t)(2 * c->lamps + c->views + c->cameras + 5);
+        (size_t)(board->count + sample->count + 2 * c->views + c->cameras + 2 * c->lamps + 4);
+    size_t blocks = (size_t)(3 * c->lamps + c->views + c->cameras + 5);
     struct problem p = {.observation = calloc(terms, sizeof *p.observation),
                         .term = calloc(terms, sizeof *p.term),
                         .parameter = calloc(blocks, sizeof *p.parameter),
@@ -424,6 +447,7 @@ enum status cal_lamp_fit(struct calibration *c, const struct capture *capture,
         status = cap_fail(err, STATUS_MEMORY, "lamps of %d views", c->views);
     bool settled = false;
     s.doubt = evidence->doubt;
+    s.beams_free = may_be_far && evidence->sample && evidence->sample->count > 0;
     for (int round = 0; round < ROUNDS && !settled && !status; round++)
         status = solve(c, &s, capture, evidence, &moved, &settled, err);
     if (!status && may_be_far && send_away(&s, c->lamps) > 0)

@@ -2,12 +2,12 @@
  *
  * Method.   In logarithms, for channels c (charts: lamp_model.h):
  *
- *               ln L_c = ln E_c + ln k + ln f_c + ln(q.n) - 3 ln|q| + ln V(pixel)
+ *               ln L_c = ln E_c + ln k + ln f_c + ln(q.n) - 3 ln|q| + ln B(q) + ln V(pixel)
  *
  *           Derivatives are exact but for the sample's lobe, whose derivative by the lamp's place
  *           is a central difference.
  */
-#include "lamp_model.h"
+#include "beam_model.h"
 
 #include <string.h>
 
@@ -53,8 +53,10 @@ static vec3 way_to(const struct lamp_chart *chart, const double x[3], vec3 point
 
 /* ---- residuals ------------------------------------------------------------------------------- */
 
-/** ln((q.n)/|q|^3); by_x its gradient. */
-static double log_geometry(const struct observation *o, const double x[3], double by_x[3])
+/** ln((q.n)/|q|^3), and with a beam its share; by_x and by_beam its gradients. */
+static double log_geometry(const struct observation *o, const double x[3],
+                           const double beam[BEAM_NUMBERS], double by_x[3],
+                           double by_beam[BEAM_NUMBERS])
 {
     vec3 q_by_x[3], q = way_to(o->chart, x, o->point, q_by_x);
     double q2 = vec3_dot(q, q), up = vec3_dot(q, o->normal), least = 0.01 * sqrt(q2);
@@ -63,9 +65,12 @@ static double log_geometry(const struct observation *o, const double x[3], doubl
         up = least;
     vec3 n = flat ? vec3_scale(q, up / q2) : o->normal;
     vec3 g = vec3_sub(vec3_scale(n, 1 / up), vec3_scale(q, 3 / q2));
+    double beam_by_x[3] = {0}, share = 0;
+    if (beam[2] != 0)
+        share = beam_log(o->chart, x, beam, q, q_by_x, beam_by_x, by_beam);
     for (int a = 0; a < 3; a++)
-        by_x[a] = vec3_dot(g, q_by_x[a]);
-    return log(up) - 1.5 * log(q2);
+        by_x[a] = vec3_dot(g, q_by_x[a]) + beam_by_x[a];
+    return log(up) - 1.5 * log(q2) + share;
 }
 
 /** The sample's ln f for a lamp at x; derivative as in cal_lobe_log. */
@@ -99,19 +104,20 @@ static struct observation moved(const struct observation *o, const double shift[
 
 /** ln of geometry and f [3] of a sample that is off by shift. */
 static void log_moved(const struct observation *o, const double *lobe, const double x[3],
-                      const double shift[SHIFTS], double log_l[3])
+                      const double *beam, const double shift[SHIFTS], double log_l[3])
 {
-    double unused[3];
+    double unused[3], unused_too[BEAM_NUMBERS];
     struct observation m = moved(o, shift);
     log_sample(&m, lobe, x, log_l, NULL);
-    double geometry = log_geometry(&m, x, unused);
+    double geometry = log_geometry(&m, x, beam, unused, unused_too);
     for (int c = 0; c < 3; c++)
         log_l[c] += geometry;
 }
 
 /** Its d / d shift [3][3], by central differences. */
 static void sample_by_shift(const struct observation *o, const double *lobe, const double x[3],
-                            const double shift[SHIFTS], double by_shift[3][SHIFTS])
+                            const double *beam, const double shift[SHIFTS],
+                            double by_shift[3][SHIFTS])
 {
     const double step = 1e-4 * o->radius;
     for (int a = 0; a < SHIFTS; a++) {
@@ -119,8 +125,8 @@ static void sample_by_shift(const struct observation *o, const double *lobe, con
         double low_at[SHIFTS] = {shift[0], shift[1], shift[2]}, low[3];
         high_at[a] += step;
         low_at[a] -= step;
-        log_moved(o, lobe, x, high_at, high);
-        log_moved(o, lobe, x, low_at, low);
+        log_moved(o, lobe, x, beam, high_at, high);
+        log_moved(o, lobe, x, beam, low_at, low);
         for (int c = 0; c < 3; c++)
             by_shift[c][a] = (high[c] - low[c]) / (2 * step);
     }
@@ -149,7 +155,7 @@ bool cal_lamp_evaluate(const void *context, double const *const *block, double *
     struct observation moved_sample;
     if (o->kind == KIND_SAMPLE && jacobian && jacobian[5]) {
         double by_shift[3][SHIFTS];
-        sample_by_shift(o, block[4], block[0], block[5], by_shift);
+        sample_by_shift(o, block[4], block[0], block[7], block[5], by_shift);
         for (int c = 0; c < 3; c++)
             for (int a = 0; a < SHIFTS; a++)
                 jacobian[5][SHIFTS * c + a] = -by_shift[c][a] / o->sigma[c];
@@ -160,7 +166,10 @@ bool cal_lamp_evaluate(const void *context, double const *const *block, double *
     }
     double by_x[3], log_f[3] = {o->log_f, o->log_f, o->log_f}, by_lobe[3 * LOBE_SIZE];
     double sample_by_x[3][3] = {{0}};
-    double geometry = log_geometry(o, block[0], by_x);
+    const int at_echo = o->kind == KIND_PATCH ? 4 : o->kind == KIND_PAPER ? 5 : 6;
+    const int at_beam = at_echo + 1;
+    double by_beam[BEAM_NUMBERS] = {0};
+    double geometry = log_geometry(o, block[0], block[at_beam], by_x, by_beam);
     double v = 1 + o->q * (block[3][0] + o->q * block[3][1]);
     if (v < 0.05)
         return false;
@@ -171,7 +180,6 @@ bool cal_lamp_evaluate(const void *context, double const *const *block, double *
         if (jacobian && jacobian[0])
             sample_by_place(o, block[4], block[0], sample_by_x);
     }
-    const int at_echo = o->kind == KIND_PATCH ? 4 : o->kind == KIND_PAPER ? 5 : 6;
     for (int c = 0; c < 3; c++) {
         const double s = -1 / o->sigma[c];
         double value = o->facet->log_value[c];
@@ -180,6 +188,9 @@ bool cal_lamp_evaluate(const void *context, double const *const *block, double *
         residual[c] = -s * (value - block[1][c] - block[2][0] - log_f[c] - geometry - log(v));
         if (!jacobian)
             continue;
+        if (jacobian[at_beam])
+            for (int a = 0; a < BEAM_NUMBERS; a++)
+                jacobian[at_beam][BEAM_NUMBERS * c + a] = s * by_beam[a];
         if (jacobian[at_echo])
             for (int e = 0; e < ECHOES; e++)
                 jacobian[at_echo][ECHOES * c + e] = s * o->facet->echo[e][c];
@@ -252,10 +263,12 @@ bool cal_lamp_evaluate_zero_prior(const void *context, double const *const *bloc
                                   double **jacobian)
 {
     const struct observation *o = context;
-    int n = o->kind == KIND_ECHO_PRIOR                                   ? (int)ECHOES
-            : o->kind == KIND_SHAPE_PRIOR || o->kind == KIND_PLACE_PRIOR ? 3
-            : o->kind == KIND_VIGNETTING_PRIOR                           ? 2
-                                                                         : 1;
+    int n =
+        o->kind == KIND_ECHO_PRIOR ? (int)ECHOES
+        : o->kind == KIND_SHAPE_PRIOR || o->kind == KIND_PLACE_PRIOR || o->kind == KIND_BEAM_PRIOR
+            ? 3
+        : o->kind == KIND_VIGNETTING_PRIOR ? 2
+                                           : 1;
     for (int a = 0; a < n; a++) {
         residual[a] = block[0][a] / o->sigma[a];
         for (int b = 0; jacobian && jacobian[0] && b < n; b++)

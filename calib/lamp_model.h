@@ -50,13 +50,15 @@ enum {
     KIND_POWER_PRIOR,
     KIND_SHAPE_PRIOR,
     KIND_PLACE_PRIOR,
-    KIND_ECHO_PRIOR
+    KIND_ECHO_PRIOR,
+    KIND_BEAM_PRIOR
 };
 
 /** ceres_evaluate of an observation of a facet: residuals of ln L [3]. Blocks: place, ln E [3],
  *  ln power, vignetting [2]; of a patch, shares [ECHOES] that the sample's light is larger by than
  *  predicted; of paper ln f [3] and those shares; of the sample its lobe, how far its centre is
- *  from where the outline has it [3], mm, and shares of the board's light. */
+ *  from where the outline has it [3], mm, and shares of the board's light; last, of all, the
+ *  lamp's beam (beam_model.h). */
 bool cal_lamp_evaluate(const void *context, double const *const *block, double *residual,
                        double **jacobian);
 /** ceres_evaluate of a highlight: two residuals, how far what is mirrored is from the lamp. Blocks:

@@ -1,6 +1,8 @@
 /* lamp_state.c -- the unknowns of lamp_fit.c: where they start, and what they mean in the end. */
 #include "lamp_state.h"
 
+#include "beam_model.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,6 +15,7 @@ void lamp_state_free(struct lamp_state *s)
     free(s->log_e);
     free(s->sigma_inverse);
     free(s->far);
+    free(s->beam);
     free(s->log_power);
     free(s->vignetting);
 }
@@ -24,11 +27,12 @@ bool lamp_state_make(struct lamp_state *s, const struct calibration *c, double s
                              .log_e = calloc((size_t)c->lamps, sizeof *s->log_e),
                              .sigma_inverse = calloc((size_t)c->lamps, sizeof *s->sigma_inverse),
                              .far = calloc((size_t)c->lamps, sizeof *s->far),
+                             .beam = calloc((size_t)c->lamps, sizeof *s->beam),
                              .log_power = calloc((size_t)c->views, sizeof *s->log_power),
                              .vignetting = calloc((size_t)c->cameras, sizeof *s->vignetting)};
     for (int k = 0; k < LAMP_KINDS; k++)
         s->scale[k] = scale;
-    return s->chart && s->place && s->log_e && s->sigma_inverse && s->far && s->log_power
+    return s->chart && s->place && s->log_e && s->sigma_inverse && s->far && s->beam && s->log_power
            && s->vignetting;
 }
 
@@ -122,6 +126,7 @@ bool lamp_state_start(struct lamp_state *s, const struct calibration *c,
     int papers = 0, *patches = calloc((size_t)c->lamps, sizeof *patches);
     for (int l = 0; l < c->lamps && patches; l++) {
         s->chart[l] = cal_lamp_chart(&c->lamp[l], chart_origin(c, l), s->place[l]);
+        beam_to_numbers(s->beam[l], &c->lamp[l], &s->chart[l]);
         double w = c->lamp[l].at_infinity ? 1 : cal_chart_inverse_mm(s->place[l][2]);
         for (int k = 0; k < 3; k++)
             s->log_e[l][k] = log(fmax(c->lamp[l].intensity[k], 1e-30) * w * w);
@@ -211,6 +216,18 @@ static void keep_lamp(struct lamp *lamp, const struct lamp_state *s, int l, int 
 }
 
 // Position, or direction, and ln intensity are functions of the place's three numbers and of ln E.
+/** Beams are the numbers before the last, the sample's centre. */
+static void keep_beam(struct lamp *lamp, const struct lamp_state *s, int l, int lamps,
+                      const struct lamp_spread *spread)
+{
+    const int at = spread->numbers - SHIFTS - BEAM_NUMBERS * (lamps - l);
+    double covariance[BEAM_NUMBERS][BEAM_NUMBERS];
+    for (int a = 0; a < BEAM_NUMBERS; a++)
+        for (int b = 0; b < BEAM_NUMBERS; b++)
+            covariance[a][b] = lamp_covariance(spread, at + a, at + b);
+    beam_from_numbers(lamp, s->beam[l], s->place[l], &s->chart[l], covariance);
+}
+
 static void keep_covariance(struct lamp *lamp, const struct lamp_state *s, int l, int lamps,
                             const struct lamp_spread *spread)
 {
@@ -254,6 +271,7 @@ void lamp_keep(struct calibration *c, const struct lamp_state *s, bool with_samp
     for (int l = 0; l < c->lamps; l++) {
         keep_lamp(&c->lamp[l], s, l, c->lamps, mean_power(s, c, l), spread);
         keep_covariance(&c->lamp[l], s, l, c->lamps, spread);
+        keep_beam(&c->lamp[l], s, l, c->lamps, spread);
     }
     for (int v = 0; v < c->views; v++) {
         struct view *view = &c->view[v];

@@ -12,6 +12,8 @@ struct lamp_state {
     double (*place)[3], (*log_e)[3];  // [lamps]
     double *sigma_inverse;            // [lamps] of place[2], when solved
     bool *far;                        // [lamps]: held at infinity
+    double (*beam)[3];                // [lamps], beam_model.h; exponent 0: there is none
+    bool beams_free;                  // those that are there are unknowns
     double *log_power;                // [views]
     double log_paper[3], lobe[LOBE_SIZE];
     double shift[SHIFTS];  // of the sample: centre, from where the outline has it

@@ -1,5 +1,6 @@
 /* lamps.c -- all lamps of a merged capture: collect facets, start, fit the board, fit everything.
  */
+#include "beam_model.h"
 #include "cues.h"
 #include "highlight.h"
 #include "lamp.h"
@@ -221,15 +222,71 @@ static enum status fit_together(struct lamp_search *search, struct calibration *
     return status;
 }
 
+/** All that lights up: the fit, the sample in its place, and what each cue says. */
+static enum status fit_all(struct lamp_search *search, struct calibration *c, struct facets *sample,
+                           const struct seen_highlight *highlight, struct run *run,
+                           struct error *err)
+{
+    const struct facets none = {0};
+    const struct lamp_evidence board = {.board = &search->board, .highlight = NULL, .doubt = 1};
+    struct sample_shift shift = {0};
+    enum status status;
+    if (sample->count)
+        status = fit_together(search, c, sample, highlight, &shift, run, err);
+    else  // too small or too dark a sample: the board alone says which lamps are far
+        status = cal_lamp_fit(c, search->capture, &board, true, NULL, err);
+    if (!status && sample->count && c->sample.shape == SHAPE_SPHERE)
+        move_sample(&c->sample, &shift);
+    return status ? status
+                  : cal_cues(c, search->capture, &search->board,
+                             c->sample.shape == SHAPE_SPHERE ? sample : &none, highlight, run, err);
+}
+
+/** Where board and sample disagree about a lamp, its light may fall off to the side: then all is
+ *  fitted with that, and without it again where there turns out to be none. */
+static enum status fit_beams(struct lamp_search *search, struct calibration *c,
+                             struct facets *sample, const struct seen_highlight *highlight,
+                             struct run *run, struct error *err)
+{
+    const struct sample before = c->sample;
+    struct lamp *begun = malloc((size_t)(c->lamps + 1) * sizeof *begun);
+    if (!begun)
+        return cap_fail(err, STATUS_MEMORY, "%d lamps", c->lamps);
+    memcpy(begun, c->lamp, (size_t)c->lamps * sizeof *begun);
+    enum status status = fit_all(search, c, sample, highlight, run, err);
+    bool suspected = false, found = true;
+    for (int l = 0; l < c->lamps && !status && c->sample.shape == SHAPE_SPHERE; l++)
+        if (beam_suspected(&c->lamp[l])) {
+            suspected = true;
+            beam_begin(&c->lamp[l]);
+        }
+    if (!status && suspected) {
+        c->sample = before;
+        status = fit_all(search, c, sample, highlight, run, err);
+        for (int l = 0; l < c->lamps; l++) {
+            if (beam_found(&c->lamp[l]))
+                begun[l].beam = c->lamp[l].beam;
+            else
+                found = found && c->lamp[l].beam.exponent == 0;
+        }
+    }
+    if (!status && !found) {
+        c->sample = before;
+        memcpy(c->lamp, begun, (size_t)c->lamps * sizeof *begun);
+        status = fit_all(search, c, sample, highlight, run, err);
+    }
+    for (int l = 0; l < c->lamps && !status; l++)
+        cal_cues_compare(&c->lamp[l], run);
+    free(begun);
+    return status;
+}
+
 enum status cal_lamps_end(struct lamp_search *search, struct calibration *c, struct run *run,
                           struct error *err)
 {
     struct facets sample = {0};
-    const struct facets none = {0};
-    const struct lamp_evidence board = {.board = &search->board, .highlight = NULL, .doubt = 1};
-    struct sample_shift shift = {0};
-    const struct capture *capture = search->capture;
-    struct question question = {.c = c, .capture = capture, .out = search->out, .sample = true};
+    struct question question = {
+        .c = c, .capture = search->capture, .out = search->out, .sample = true};
     question.wanted = SAMPLE_FACETS / c->views;
     question.wanted = question.wanted > VIEW_FACETS_MAX ? VIEW_FACETS_MAX : question.wanted;
     question.wanted = question.wanted < VIEW_FACETS_MIN ? VIEW_FACETS_MIN : question.wanted;
@@ -237,15 +294,8 @@ enum status cal_lamps_end(struct lamp_search *search, struct calibration *c, str
     enum status status = highlight ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%d views", c->views);
     if (!status)
         status = ask_all(&sample, highlight, &question, run, err);
-    if (!status && sample.count)
-        status = fit_together(search, c, &sample, highlight, &shift, run, err);
-    else if (!status)  // too small or too dark a sample: the board alone says which lamps are far
-        status = cal_lamp_fit(c, capture, &board, true, NULL, err);
-    if (!status && sample.count && c->sample.shape == SHAPE_SPHERE)
-        move_sample(&c->sample, &shift);
     if (!status)
-        status = cal_cues(c, capture, &search->board,
-                          c->sample.shape == SHAPE_SPHERE ? &sample : &none, highlight, run, err);
+        status = fit_beams(search, c, &sample, highlight, run, err);
     free(sample.facet);
     free(highlight);
     return status;

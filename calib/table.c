@@ -238,6 +238,12 @@ static void print_lamp(const struct lamp *l, FILE *to)
             l->at_infinity ? "towards" : "at", digits, p.x, digits, p.y, digits, p.z,
             l->at_infinity ? "" : " mm", sigma[0], sigma[1], sigma[2],
             l->on_camera ? ", on the camera" : "");
+    if (l->beam.exponent > 0)
+        fprintf(to,
+                "  its light falls off to the side as cos^%.2f (+- %.2g), %.1f degrees from its "
+                "axis at the sample (+- %.2g)\n",
+                l->beam.exponent, l->beam.sigma_exponent, acos(fmin(l->beam.cosine, 1)) * degrees,
+                l->beam.sigma_axis * degrees);
     print_cues(l, to);
 }
 

@@ -55,6 +55,14 @@ WIDE static void light(struct ray_ends *e, vec3 lamp)
     }
 }
 
+static void fall_off(struct ray_ends *e, const struct beam *beam)
+{
+    for (int i = 0; i < LANES; i++) {
+        vec3 away = {-e->wi.x[i], -e->wi.y[i], -e->wi.z[i]};
+        e->irradiance[i] *= cal_beam_share(beam, away);
+    }
+}
+
 WIDE static void light_from_afar(struct ray_ends *e, vec3 direction)
 {
     const vec3_lanes *n = &e->m.normal;
@@ -87,6 +95,8 @@ static void trace(struct ray_ends *e, const struct pencil *p, double du, double 
         light_from_afar(e, v->lamp->direction);
     else
         light(e, v->lamp_position);
+    if (v->beam.exponent > 0)
+        fall_off(e, &v->beam);
 }
 
 /** What of the strip needs a closer look; 1 or 0 a lane. */

@@ -56,6 +56,7 @@ struct viewing {
     const struct lookup *table;         // f so far, for the board's light; may be NULL
     mat3 view_from_world;
     vec3 eye, lamp_position;
+    struct beam beam;  // of the lamp, its axis in the world
     double square;     // side of the square that photosite and lens average over, photosites
     double margin;     // what is this near an edge is mixed with what is beyond, photosites
     double photosite;  // 1.5 photosites, in radians: how near a blocker's edge may be

@@ -60,6 +60,9 @@ struct viewing rec_viewing(const struct calibration *calibration, int view,
     v.margin = fmax(1, 0.5 + 2 * of->blur_px);
     if (!lamp->at_infinity)
         v.lamp_position = cal_lamp_position(lamp, of->view_from_world);
+    v.beam = lamp->beam;
+    if (lamp->on_camera)
+        v.beam.axis = mat3_mul_t(&v.view_from_world, lamp->beam.axis);
     for (int c = 0; c < 3; c++)
         v.light[c] = lamp->intensity[c] * of->power;
     v.dimming = of->sigma_power / of->power;

@@ -40,6 +40,8 @@ MATRIX = {
     "two lamps": (SECOND_LAMP, 0.05, 0.5, 0.7, 2.5),
     "bulb": ({"lights": [{"name": "bulb", "azimuth_deg": 272, "elevation_deg": 30, "distance": 600, "radius": 6}]},
              0.05, 0.5, 0.7, 2.5),
+    "beam": ({"lights": [{"name": "spot", "azimuth_deg": 272, "elevation_deg": 30, "distance": 600, "beam": [0.1, 0.8, -0.5],
+                          "beam_exponent": 4}]}, 0.05, 1, 0.7, 2.5),
     "lamp on camera": ({"lights": [{"name": "flash", "on_camera": True, "position": [95, -40, 10]}]}, 0.05, 0.5, 0.7, 2.5),
     "lit board": ({"bounces": 1}, 0.05, 0.6, 0.8, 3),
     "lit board, flash": ({"bounces": 1, "lights": [{"name": "flash", "on_camera": True, "position": [95, -40, 10]}]},

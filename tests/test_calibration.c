@@ -74,7 +74,8 @@ static struct lamp lamps[2] = {
       {1e-4, 0.0049, 3e-4, 4e-6},
       {2e-4, 3e-4, 0.0064, 5e-6},
       {-3e-6, 4e-6, 5e-6, 1e-8}},
-     {[CUE_BOARD] = {{0, 0, 1}, 0.002, 650, 1.5}, [CUE_HIGHLIGHT] = {{0, 0.6, 0.8}, 0.001, 0, 0}}},
+     {[CUE_BOARD] = {{0, 0, 1}, 0.002, 650, 1.5}, [CUE_HIGHLIGHT] = {{0, 0.6, 0.8}, 0.001, 0, 0}},
+     {{0.6, 0, 0.8}, 4.5, 0.98, 0.003, 0.05}},
     {"sun",
      false,
      true,
@@ -86,7 +87,8 @@ static struct lamp lamps[2] = {
      {1e-4, 2e-4, 3e-4},
      {0.1, 0, 0},
      {{0}},
-     {{{0, 0, 0}, 0, 0, 0}}}};
+     {{{0, 0, 0}, 0, 0, 0}},
+     {{0, 0, 0}, 0, 0, 0, 0}}};
 static const struct calibration full = {.camera = cameras,
                                         .view = views,
                                         .lamp = lamps,

@@ -1,6 +1,5 @@
 /* test_lamp.c -- lamps from facets whose radiance the closed form gives. */
-#include "lamp.h"
-
+#include "beam_model.h"
 #include "near.h"
 
 #include <stdlib.h>
@@ -21,6 +20,7 @@ struct scene {
     double power[VIEWS];
     vec3 position[2];
     double intensity[3];
+    struct beam beam[2];
 };
 
 static void add(struct facets *facets, struct facet facet)
@@ -36,9 +36,10 @@ static void light(struct scene *s, struct facet *f, const double reflectance[3],
 {
     vec3 to = vec3_sub(s->position[s->view[f->view].light], f->point);
     double r = vec3_length(to), cosine = vec3_dot(to, f->normal) / r;
+    double share = cal_beam_share(&s->beam[s->view[f->view].light], vec3_scale(to, -1 / r));
     for (int c = 0; c < 3; c++) {
         f->log_value[c] =
-            log(s->intensity[c] * s->power[f->view] * reflectance[c] * cosine / (r * r))
+            log(share * s->intensity[c] * s->power[f->view] * reflectance[c] * cosine / (r * r))
             + noise * sin(3.7 * s->board.count + 5.1 * s->sample.count + c);
         f->sigma[c] = 0.001;
         f->mean[c] = exp(f->log_value[c]);
@@ -93,11 +94,12 @@ static void add_ball(struct scene *s, int v, double noise)
     }
 }
 
-static void make_scene(struct scene *s, bool with_ball, double noise)
+static void make_lit_scene(struct scene *s, bool with_ball, double noise, const struct beam beam[2])
 {
     *s = (struct scene){.position = {{-80, -560, 300}, {60, -300, 500}},
                         .intensity = {4e7, 3e7, 2e7},
-                        .power = {1.02, 0.98, 1.01, 0.99}};
+                        .power = {1.02, 0.98, 1.01, 0.99},
+                        .beam = {beam[0], beam[1]}};
     s->camera =
         (struct camera){.width = 400, .height = 300, .focal = {1000, 1000}, .center = {200, 150}};
     s->patch.albedo = 0.99;
@@ -125,6 +127,12 @@ static void make_scene(struct scene *s, bool with_ball, double noise)
         if (with_ball)
             add_ball(s, v, noise);
     }
+}
+
+static void make_scene(struct scene *s, bool with_ball, double noise)
+{
+    const struct beam even[2] = {{.exponent = 0}};
+    make_lit_scene(s, with_ball, noise, even);
 }
 
 static void end_scene(struct scene *s)
@@ -214,6 +222,99 @@ static void test_unknown_light_of_the_ball_is_found(void **state)
     end_scene(&s);
 }
 
+static double beam_at(const struct lamp_chart *chart, const double *x, const double *b, vec3 point)
+{
+    const struct lamp lamp = {
+        .position = vec3_add(chart->origin, vec3_scale(cal_chart_direction(chart, x),
+                                                       1 / cal_chart_inverse_mm(x[2])))};
+    struct lamp shining = lamp;
+    double covariance[BEAM_NUMBERS][BEAM_NUMBERS] = {{0}};
+    beam_from_numbers(&shining, b, x, chart, covariance);
+    return log(cal_beam_share(&shining.beam, vec3_normalize(vec3_sub(point, lamp.position))));
+}
+
+/** The fit's ln share is that of a lamp and a point, 0 at the origin, and so are its derivatives.
+ */
+static void test_a_beam_by_numbers(void **state)
+{
+    (void)state;
+    const struct lamp lamp = {.position = {-80, -560, 300},
+                              .beam = {.axis = {0.1, 0.9, -0.4}, .exponent = 5}};
+    const vec3 origin = {0, 0, 50}, point = {120, -90, 0};
+    double x[3], b[BEAM_NUMBERS], by_x[3], by_b[BEAM_NUMBERS];
+    struct lamp unit = lamp;
+    unit.beam.axis = vec3_normalize(lamp.beam.axis);
+    const struct lamp_chart chart = cal_lamp_chart(&lamp, origin, x);
+    beam_to_numbers(b, &unit, &chart);
+    for (int i = -1; i < 6; i++) {
+        double high_x[3], low_x[3], high_b[BEAM_NUMBERS], low_b[BEAM_NUMBERS], h = 1e-5;
+        memcpy(high_x, x, sizeof x);
+        memcpy(low_x, x, sizeof x);
+        memcpy(high_b, b, sizeof b);
+        memcpy(low_b, b, sizeof b);
+        vec3 q_by_x[3],
+            q = vec3_sub(vec3_scale(lamp.position, x[2] / 1000), vec3_scale(point, x[2] / 1000));
+        q_by_x[0] = chart.u;
+        q_by_x[1] = chart.v;
+        q_by_x[2] = vec3_scale(vec3_sub(origin, point), 1e-3);
+        double value = beam_log(&chart, x, b, q, q_by_x, by_x, by_b);
+        assert_near(value, beam_at(&chart, x, b, point), 1e-12);
+        assert_near(beam_at(&chart, x, b, origin), 0, 1e-12);
+        if (i < 0)
+            continue;
+        (i < 3 ? high_x : high_b)[i % 3] += h;
+        (i < 3 ? low_x : low_b)[i % 3] -= h;
+        double slope =
+            (beam_at(&chart, high_x, high_b, point) - beam_at(&chart, low_x, low_b, point))
+            / (2 * h);
+        assert_near(i < 3 ? by_x[i] : by_b[i - 3], slope, 1e-6);
+    }
+}
+
+/** One lamp falls off about an axis that points past the scene, the other does not: both are found
+ *  with the ball's help, and the even one stays what it is. */
+static void test_a_beam_is_found(void **state)
+{
+    (void)state;
+    struct scene s;
+    const vec3 aim = vec3_normalize((vec3){0.25, 0.85, -0.45});
+    const vec3 way = vec3_normalize((vec3){80, 560, -250});  // from the lamp to the ball
+    const struct beam beam[2] = {{.axis = aim, .exponent = 6, .cosine = vec3_dot(aim, way)},
+                                 {.exponent = 0}};
+    make_lit_scene(&s, true, 0.001, beam);
+    const struct lamp_evidence evidence = {.board = &s.board, .sample = &s.sample, .doubt = 1};
+    for (int l = 0; l < 2; l++)
+        assert_int_equal(cal_lamp_start(&s.calibration, l, &s.board, NULL), STATUS_OK);
+    assert_int_equal(cal_lamp_fit(&s.calibration, &s.capture, &evidence, true, NULL, NULL),
+                     STATUS_OK);
+    assert_true(vec3_length(vec3_sub(s.lamp[0].position, s.position[0])) > 10);  // misled
+    for (int l = 0; l < 2; l++)
+        beam_begin(&s.lamp[l]);
+    assert_int_equal(cal_lamp_fit(&s.calibration, &s.capture, &evidence, true, NULL, NULL),
+                     STATUS_OK);
+    check(&s, 4, 0.01);
+    assert_true(beam_found(&s.lamp[0]));
+    assert_false(beam_found(&s.lamp[1]));
+    assert_near(s.lamp[0].beam.exponent, 6, fmin(4 * s.lamp[0].beam.sigma_exponent, 1));
+    assert_near(vec3_dot(s.lamp[0].beam.axis, aim), 1, 1 - cos(3 * CAP_PI / 180));
+    assert_near(s.lamp[0].beam.cosine, beam[0].cosine, 0.01);
+    end_scene(&s);
+}
+
+/** Only a board that points elsewhere than the rest, by much and beyond its sigma, is suspect. */
+static void test_when_a_beam_is_suspected(void **state)
+{
+    (void)state;
+    struct lamp lamp = {.cue[CUE_JOINT] = {.direction = {0, 0, 1}, .sigma = 0.001}};
+    assert_false(beam_suspected(&lamp));  // no other cue
+    lamp.cue[CUE_BOARD] = (struct lamp_cue){.direction = {0, sin(0.1), cos(0.1)}, .sigma = 0.03};
+    assert_false(beam_suspected(&lamp));  // an unsure one
+    lamp.cue[CUE_BOARD].sigma = 0.005;
+    assert_true(beam_suspected(&lamp));
+    lamp.at_infinity = true;
+    assert_false(beam_suspected(&lamp));
+}
+
 static void test_shadowed_paper_does_not_matter(void **state)
 {
     (void)state;
@@ -250,6 +351,9 @@ int main(void)
         cmocka_unit_test(test_board_alone),
         cmocka_unit_test(test_glossy_ball_of_another_family),
         cmocka_unit_test(test_unknown_light_of_the_ball_is_found),
+        cmocka_unit_test(test_a_beam_by_numbers),
+        cmocka_unit_test(test_a_beam_is_found),
+        cmocka_unit_test(test_when_a_beam_is_suspected),
         cmocka_unit_test(test_shadowed_paper_does_not_matter),
         cmocka_unit_test(test_no_paper_is_refused),
     };

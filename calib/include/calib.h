@@ -7,6 +7,7 @@
 #ifndef GONIOCAM_CALIB_H
 #define GONIOCAM_CALIB_H
 
+#include "beam.h"
 #include "capture.h"
 #include "glare.h"
 
@@ -74,7 +75,7 @@ struct lamp_cue {
 const char *cal_cue_name(enum cue cue);
 
 /** A lamp: a point (frame world, or camera: it moves with it), or at infinity.
- *  A point:     L = f intensity power cos(theta_i) / r^2, r from the position
+ *  A point:     L = f intensity power share cos(theta_i) / r^2, r from the position; beam.h
  *  At infinity: L = f irradiance power cos(theta_i), direction is unit and towards the lamp */
 struct lamp {
     char *name;
@@ -87,6 +88,7 @@ struct lamp {
     // is further away than thought is stronger, too. 0: not known, they are taken as independent.
     double covariance[4][4];
     struct lamp_cue cue[CUES];
+    struct beam beam;  // of a point: its fall-off to the side
 };
 
 /** A scanned object: triangles with smooth normals. */
