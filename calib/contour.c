@@ -276,12 +276,11 @@ enum status cal_contour_edges(struct contour_edge **edge, int *count, const stru
                fine ? LIMB_OUTSIDE_PX : search + 4);
     double width = fine ? limb_best_width(sector, points) : 1;
     for (int k = 0; k < points; k++) {
-        const struct shine matte = {0, 0};
-        struct limb e = {0, 0, 0};
+        double off, sigma;
         if (sector[k].count >= LIMB_SITES_ENOUGH
-            && (fine ? limb_edge(&sector[k], width, &matte, &e)
-                     : limb_step(&sector[k], search, &e.at, &e.sigma)))
-            found[n++] = (struct contour_edge){point[k], view_index, e.at, e.sigma};
+            && (fine ? limb_edge(&sector[k], width, &off, &sigma)
+                     : limb_step(&sector[k], search, &off, &sigma)))
+            found[n++] = (struct contour_edge){point[k], view_index, off, sigma};
     }
     *edge = found;
     *count = n;

@@ -16,6 +16,7 @@
 
 enum { BOUNCE_ROUNDS = 3 };
 static const double PRECISE = 0.02;                  // rad
+static const double DOUBT = 30;                      // of facets of a sample that may mislead
 static const double EXTRA_MAX = 0.5, SETTLED = 0.3;  // sigmas that a lamp may still move
 // What is left of a prediction when the fit has found its shares: of the board's light on the
 // sample, matte and mirrored; of the sample's light on the board. It is alike all over an area of
@@ -23,17 +24,18 @@ static const double EXTRA_MAX = 0.5, SETTLED = 0.3;  // sigmas that a lamp may s
 // sure.
 static const double MATTE_SIGMA = 0.01, GLOSS_SIGMA = 0.05, ECHO_SIGMA = 0.05, ALIKE = 25;
 
-/** Radiance that comes to a facet of the sample by way of the board, in its kinds. */
+/** Radiance that comes to a facet of the sample by way of the board, in its kinds; all: with what
+ * it may mirror at most. */
 static void extra_on_sample(const struct facet *f, const struct calibration *c, double alike,
-                            double extra[3], double sigma[3], double echo[ECHOES][3])
+                            double extra[3], double all[3], double sigma[3], double echo[ECHOES][3])
 {
     vec3 wo = vec3_normalize(vec3_sub(cal_eye(c->view[f->view].view_from_world), f->point));
     cal_bounce_kinds(c, f->view, f->point, f->normal, wo, echo);
     for (int k = 0; k < 3; k++) {
+        double mirrored = c->surroundings.mirror[k] * echo[ECHO_MIRROR + k][k] + echo[ECHO_RIM][k];
+        double gloss = fmax(mirrored, echo[ECHO_GLOSS][k]);
         extra[k] = echo[ECHO_MATTE][k] + echo[ECHO_GLOSS][k];
-        double gloss = c->surroundings.peak_unknown
-                           ? 0.05 * echo[ECHO_MIRROR + k][k] + echo[ECHO_RIM][k]
-                           : echo[ECHO_GLOSS][k];
+        all[k] = echo[ECHO_MATTE][k] + gloss;
         sigma[k] = alike * hypot(MATTE_SIGMA * echo[ECHO_MATTE][k], GLOSS_SIGMA * gloss);
     }
 }
@@ -41,7 +43,7 @@ static void extra_on_sample(const struct facet *f, const struct calibration *c, 
 /** Radiance that comes to a facet of the board by way of the sample, in its kinds. */
 static void extra_on_board(const struct facet *f, const struct calibration *c,
                            const struct returns *returns, const struct capture *capture,
-                           double extra[3], double sigma[3], double echo[ECHOES][3])
+                           double extra[3], double all[3], double sigma[3], double echo[ECHOES][3])
 {
     double mirror[3] = {0}, rim[3] = {0};
     cal_sample_light(c, returns, f->view, f->point, f->normal, echo);
@@ -59,6 +61,7 @@ static void extra_on_board(const struct facet *f, const struct calibration *c,
         echo[ECHO_MIRROR + k][k] = albedo * mirror[k];
         echo[ECHO_RIM][k] = albedo * rim[k];
         sigma[k] = ECHO_SIGMA * extra[k];
+        all[k] = extra[k];
     }
 }
 
@@ -72,15 +75,17 @@ static void correct_facet(struct facet *f, const struct calibration *c,
     vec3 at = cal_lamp_position(&c->lamp[view->light], view->view_from_world);
     if (!f->bright || vec3_dot(vec3_sub(at, f->point), f->normal) <= 0)
         return;  // not lit: no use
-    double extra[3], sigma[3], echo[ECHOES][3] = {{0}};
+    double extra[3], all[3], sigma[3], echo[ECHOES][3] = {{0}};
     if (f->material == MATERIAL_SAMPLE)
-        extra_on_sample(f, c, alike, extra, sigma, echo);
+        extra_on_sample(f, c, alike, extra, all, sigma, echo);
     else
-        extra_on_board(f, c, returns, capture, extra, sigma, echo);
+        extra_on_board(f, c, returns, capture, extra, all, sigma, echo);
     for (int k = 0; k < 3; k++) {
         double seen = exp(f->log_seen[k]), part = extra[k] / seen;
-        if (part > EXTRA_MAX) {
+        if (fmax(part, all[k] / seen) > EXTRA_MAX) {
             f->doubt[k] = 1e3;
+            for (int e = 0; e < ECHOES; e++)
+                f->echo[e][k] = 0;
             continue;
         }
         f->log_value[k] = f->log_seen[k] + log1p(-part);
@@ -159,6 +164,7 @@ enum status cal_lamp_fit_bounced(struct calibration *c, const struct capture *ca
                                  struct error *err)
 {
     const struct lamp_evidence evidence = {board, sample, highlight, doubt};
+    const struct lamp_evidence first = {board, sample, highlight, DOUBT};
     vec3 *before = calloc((size_t)c->lamps, sizeof *before);
     enum status status = before ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%d lamps", c->lamps);
     forget_corrections(board);
@@ -170,13 +176,18 @@ enum status cal_lamp_fit_bounced(struct calibration *c, const struct capture *ca
             || (highlight[v].sigma > 0 && (highlight[v].saturated || highlight[v].small));
     for (int l = 0; l < c->lamps && !status; l++)
         status = start_from_highlight(c, l, highlight, err);
-    if (!status)
-        status = cal_lamp_fit(c, capture, &evidence, true, shift, err);
+    for (int k = 0; k < 3; k++)
+        c->surroundings.mirror[k] = 1;
+    const bool doubted = c->surroundings.peak_unknown && doubt < DOUBT;
+    if (!status)  // a sample that may show more of the board than of the lamp misleads at first
+        status = cal_lamp_fit(c, capture, doubted ? &first : &evidence, true, shift, err);
     double moved = DBL_MAX;
     for (int round = 0; round < BOUNCE_ROUNDS && moved > SETTLED && !status; round++) {
         status = cal_board_light(c, capture, out, run, err);
         if (!status)
             status = cal_board_light_strength(c, sample, run, err);
+        if (!status && c->surroundings.strength == 0 && doubted)
+            status = cal_lamp_fit(c, capture, &evidence, true, shift, err);
         if (status || c->surroundings.strength == 0)
             break;
         status = correct_all(c, capture, board, sample, run, err);

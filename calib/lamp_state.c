@@ -6,7 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double FARTHEST_MM = 1e5;  // a lamp nearer than this has a place
+static const double MIRROR_LEAST = 0.04;  // of varnish and glass, face on
+static const double FARTHEST_MM = 1e5;    // a lamp nearer than this has a place
 
 void lamp_state_free(struct lamp_state *s)
 {
@@ -283,6 +284,10 @@ void lamp_keep(struct calibration *c, const struct lamp_state *s, bool with_samp
         memcpy(c->camera[k].vignetting, s->vignetting[k], sizeof c->camera[k].vignetting);
     for (int k = 0; k < 3; k++)
         c->surroundings.paper[k] = CAP_PI * exp(s->log_paper[k]);
+    for (int k = 0; k < 3 && c->surroundings.strength > 0; k++) {
+        double found = fmax(s->echo[ECHO_MIRROR + k], s->lit[ECHO_MIRROR + k]);
+        c->surroundings.mirror[k] = fmin(fmax(found, MIRROR_LEAST), 1);
+    }
     c->surroundings.has_lobe = with_sample;
     if (with_sample)
         cal_lobe_tabulate(&c->surroundings.lobe, s->lobe);

@@ -8,13 +8,7 @@
  *           averaged over the photosite. The square root is the limb: near the outline the normal
  *           turns as sqrt(x), and with it all reflectance. For each e of a fine scan the five
  *           coefficients are solved linearly; the parabola through the least chi^2 gives e and,
- *           by its curvature, sigma. Either side may be the brighter one. A sphere of radius R in
- *           the picture also mirrors, where it grazes, what lies right behind it: to b0 is added
- *
- *               share o0 (1 - cos)^5,    cos = sqrt(2 x/R)      (Schlick's rise to the rim)
- *
- *           for a share that all edges of a sample have in common: the sphere's fit finds it by
- *           how much each edge moves for it.
+ *           by its curvature, sigma. Either side may be the brighter one.
  * Accuracy. Unbiased for any smooth reflectance; the 50 % level is off by 0.05 mm and the steepest
  *           gradient by 0.017 mm where this model is off by 0.009 mm (../shared/facts.md).
  */
@@ -29,7 +23,6 @@ enum { TERMS = 5 };  // coefficients of the limb model
 static const double SCAN_PX = 2.5, STEP_PX = 0.125;
 static const double TEXTURE = 0.004;     // what a surface's own structure adds to noise, relative
 static const double SIGMA_MAX_PX = 0.3;  // an edge less sure than this says nothing
-static const double GROUND_PX = 2;       // outwards: from here on it is the ground
 static const double EXPLAINED = 0.95;    // of the variance across an edge, by the model
 
 int limb_stride(double across_px)
@@ -71,25 +64,13 @@ static void limb_terms(double x, double width, double t[TERMS])
     t[4] = x - t[2];
 }
 
-/** Integral of (1 - sqrt(2 x/R))^5 from the edge to depth x. */
-static double rim_until(double x, double radius)
-{
-    double t = 1 - sqrt(fmin(fmax(2 * x / radius, 0), 1)), t2 = t * t, t6 = t2 * t2 * t2;
-    return radius * (1.0 / 42 - t6 / 6 + t6 * t / 7);
-}
-
-/** chi^2 of the limb model with its edge at e and a rim of this level; DBL_MAX where it cannot be
- *  fitted. */
-static double limb_chi2(const struct sector *s, double e, double width, double level, double radius)
+/** chi^2 of the limb model with its edge at e; DBL_MAX where it cannot be fitted. */
+static double limb_chi2(const struct sector *s, double e, double width)
 {
     double a[TERMS * TERMS] = {0}, y[TERMS] = {0}, yy = 0;
     for (int n = 0; n < s->count; n++) {
         double t[TERMS], w = 1 / s->site[n].variance, value = s->site[n].value;
-        double x = e - s->site[n].d;
-        limb_terms(x, width, t);
-        if (level != 0)
-            value -= level * (rim_until(x + width / 2, radius) - rim_until(x - width / 2, radius))
-                     / width;
+        limb_terms(e - s->site[n].d, width, t);
         for (int i = 0; i < TERMS; i++) {
             for (int j = 0; j <= i; j++)
                 a[i * TERMS + j] += w * t[i] * t[j];
@@ -120,65 +101,27 @@ static double about_mean(const struct sector *s)
     return wvv - wv * wv / w;
 }
 
-/** Radiance of the ground, well outside. */
-static double ground(const struct sector *s)
-{
-    double sum = 0;
-    int n = 0;
-    for (int i = 0; i < s->count; i++)
-        if (s->site[i].d > GROUND_PX) {
-            sum += s->site[i].value;
-            n++;
-        }
-    return n ? fmax(sum / n, 0) : 0;
-}
-
-/** The parabola through chi^2 at three steps: where it is least, in steps from the middle one, and
- *  its curvature; false: it has no least. */
-static bool parabola(const double chi2[3], double *shift, double *curvature)
-{
-    *curvature = chi2[0] - 2 * chi2[1] + chi2[2];
-    *shift = 0.5 * (chi2[0] - chi2[2]) / *curvature;
-    return chi2[0] < DBL_MAX && chi2[2]<DBL_MAX && * curvature> 0;
-}
-
-/** By how much the edge, at step `best` and `shift`, moves when there is all of the shine. */
-static double moved_by_shine(const struct sector *s, double width, const struct shine *shine,
-                             double level, int best, double shift)
-{
-    const double more = 0.25;
-    double chi2[3], other, curvature;
-    if (level <= 0 || shine->radius_px <= 0)
-        return 0;
-    for (int i = 0; i < 3; i++)
-        chi2[i] = limb_chi2(s, -SCAN_PX + (best + i - 1) * STEP_PX, width,
-                            (shine->share + more) * level, shine->radius_px);
-    if (!parabola(chi2, &other, &curvature))
-        return SCAN_PX / more;
-    return fmin(fmax((other - shift) * STEP_PX, -SCAN_PX), SCAN_PX) / more;
-}
-
-bool limb_edge(const struct sector *s, double width, const struct shine *shine, struct limb *edge)
+bool limb_edge(const struct sector *s, double width, double *e, double *sigma)
 {
     enum { STEPS = 41 };
-    double chi2[STEPS], shift, curvature, level = ground(s);
+    double chi2[STEPS];
     int best = 0;
     for (int i = 0; i < STEPS; i++) {
-        chi2[i] = limb_chi2(s, -SCAN_PX + i * STEP_PX, width,
-                            shine->radius_px > 0 ? shine->share * level : 0, shine->radius_px);
+        chi2[i] = limb_chi2(s, -SCAN_PX + i * STEP_PX, width);
         if (chi2[i] < chi2[best])
             best = i;
     }
-    if (best == 0 || best == STEPS - 1 || !parabola(&chi2[best - 1], &shift, &curvature))
+    if (best == 0 || best == STEPS - 1 || chi2[best - 1] == DBL_MAX || chi2[best + 1] == DBL_MAX)
         return false;
+    double curvature = chi2[best - 1] - 2 * chi2[best] + chi2[best + 1];
+    if (curvature <= 0)
+        return false;
+    double shift = 0.5 * (chi2[best - 1] - chi2[best + 1]) / curvature;
     double misfit = chi2[best] / (s->count - TERMS - 1);
+    *e = -SCAN_PX + (best + shift) * STEP_PX;
     // chi^2 rises by 1 (by the misfit, where the model is not perfect) at one sigma.
-    *edge = (struct limb){.at = -SCAN_PX + (best + shift) * STEP_PX,
-                          .sigma = STEP_PX * sqrt(2 * (misfit > 1 ? misfit : 1) / curvature)};
-    if (edge->sigma >= SIGMA_MAX_PX || chi2[best] >= (1 - EXPLAINED) * about_mean(s))
-        return false;
-    edge->by_shine = moved_by_shine(s, width, shine, level, best, shift);
-    return true;
+    *sigma = STEP_PX * sqrt(2 * (misfit > 1 ? misfit : 1) / curvature);
+    return *sigma < SIGMA_MAX_PX && chi2[best] < (1 - EXPLAINED) * about_mean(s);
 }
 
 bool limb_step(const struct sector *s, double search, double *e, double *sigma)
@@ -220,7 +163,7 @@ double limb_best_width(const struct sector *sector, int count)
             double least_k = DBL_MAX;
             if (sector[k].count > 4 * TERMS)
                 for (double e = -SCAN_PX; e <= SCAN_PX; e += 0.25)
-                    least_k = fmin(least_k, limb_chi2(&sector[k], e, widths[w], 0, 1));
+                    least_k = fmin(least_k, limb_chi2(&sector[k], e, widths[w]));
             if (least_k < DBL_MAX)
                 sum += fmin(least_k / sector[k].count, 20);  // a wild sector decides nothing
         }

@@ -29,18 +29,9 @@ void limb_add(struct sector *sector, const struct radiance *map, int x, int y, d
 int limb_stride(double across_px);
 /** The width of the box that photosite and lens blur to, which fits these sectors best. */
 double limb_best_width(const struct sector *sector, int count);
-/** Grazing light is mirrored: near its outline a sphere shows the ground right behind it. */
-struct shine {
-    double radius_px;  // of the sphere's image; 0: nothing is mirrored
-    double share;      // of such light that is there: 1 for a smooth surface, 0 for a matte one
-};
-/** An edge, pixels outwards, and what it moves by for all of the shine. */
-struct limb {
-    double at, sigma, by_shine;
-};
-/** The edge of one sector by the limb model. false: none is there, or it is not sure. */
-bool limb_edge(const struct sector *sector, double width, const struct shine *shine,
-               struct limb *edge);
+/** The edge of one sector by the limb model, pixels outwards, and its standard deviation. false:
+ *  none is there, or it is not sure. */
+bool limb_edge(const struct sector *sector, double width, double *edge, double *sigma);
 /** The steepest step of one sector within `search` pixels, over three pixels on each side. */
 bool limb_step(const struct sector *sector, double search, double *edge, double *sigma);
 #endif

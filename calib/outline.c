@@ -141,7 +141,7 @@ static bool outline_box(double b[4], const struct radiance *map, const struct ca
 
 enum status cal_outline_edges(struct edge **edges, int *count, const struct radiance *map,
                               const struct camera *camera, const struct view *view, int view_index,
-                              vec3 center, double radius, double share, double search, bool fine,
+                              vec3 center, double radius, double search, bool fine,
                               struct error *err)
 {
     mat3 rotation = cal_rotation(view->view_from_world.rotation);
@@ -168,18 +168,15 @@ enum status cal_outline_edges(struct edge **edges, int *count, const struct radi
     }
     gather(sector, sectors, map, camera, &rotation, &cone, b, inside, outside);
     double width = fine ? limb_best_width(sector, sectors) : 1;
-    const struct shine shine = {px * sin(cone.half_angle), share};
     for (int k = 0; k < sectors; k++) {
-        struct limb e = {0, 0, 0};
-        double phi = (k + 0.5) * 2 * CAP_PI / sectors;
+        double e = 0, sigma = 0, phi = (k + 0.5) * 2 * CAP_PI / sectors;
         if (sector[k].count < LIMB_SITES_ENOUGH
-            || !(fine ? limb_edge(&sector[k], width, &shine, &e)
-                      : limb_step(&sector[k], search, &e.at, &e.sigma)))
+            || !(fine ? limb_edge(&sector[k], width, &e, &sigma)
+                      : limb_step(&sector[k], search, &e, &sigma)))
             continue;
-        struct edge edge = {
-            .view = view_index, .sigma_px = e.sigma, .share = share, .by_shine = e.by_shine};
+        struct edge edge = {.view = view_index, .sigma_px = sigma};
         double scale = pixels_per_radian(camera, &rotation, &cone, phi);
-        vec3 ray = cal_cone_ray(&cone, cone.half_angle + e.at / scale, phi);
+        vec3 ray = cal_cone_ray(&cone, cone.half_angle + e / scale, phi);
         if (scale > 0 && cal_direction_pixel(camera, &rotation, ray, edge.pixel))
             (*edges)[(*count)++] = edge;
     }

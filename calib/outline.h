@@ -12,8 +12,7 @@ extern "C" {
 struct edge {
     int view;
     double pixel[2];
-    double sigma_px;         // across the outline
-    double share, by_shine;  // of the shine (limb.h), found with; px outwards for all of it
+    double sigma_px;  // across the outline
 };
 
 /** Where a sphere ends, seen from one place: the rays at `half_angle` from `axis`. */
@@ -30,12 +29,12 @@ bool cal_direction_pixel(const struct camera *camera, const mat3 *view_from_worl
                          double pixel[2]);
 
 /** Find the edges of a sphere, nominally at center, in one map, within `search` pixels of the
- *  outline predicted for it. fine: by the limb model of limb.c, unbiased, within 2.5 pixels, for
- *  this share of shine; else by the steepest step. Appends to *edges (realloc'd; the caller owns
- * it) and *count. STATUS_MEMORY only: an outline that is not there gives no edges. */
+ *  outline predicted for it. fine: by the limb model of outline.c, unbiased, within 2.5 pixels;
+ *  else by the steepest step. Appends to *edges (realloc'd; the caller owns it) and *count.
+ *  STATUS_MEMORY only: an outline that is not there gives no edges. */
 enum status cal_outline_edges(struct edge **edges, int *count, const struct radiance *map,
                               const struct camera *camera, const struct view *view, int view_index,
-                              vec3 center, double radius, double share, double search, bool fine,
+                              vec3 center, double radius, double search, bool fine,
                               struct error *err);
 
 #ifdef __cplusplus

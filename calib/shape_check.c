@@ -1,8 +1,8 @@
 /* shape_check.c -- is the sample the shape that it is said to be?
  *
  * Method.   An outline shows the sample's tangent planes. What they stray by from the placed
- *           shape is fitted by patterns (Tukey's biweight), a shift, a turn, another size and
- *           another shine of the rim among them, for these are no misfit:
+ *           shape is fitted by patterns (Tukey's biweight), a shift, a turn and another size among
+ *           them, for these are no misfit:
  *
  *               sphere     harmonics of degree 2 (an ellipsoid) and 3 (an egg) of the normal
  *               cylinder   cos and sin of 2 phi (oval), z (a cone), z^2 (a barrel)
@@ -11,8 +11,9 @@
  *           What is left is averaged over places 24 degrees wide: a dent or a bump.
  * Accuracy. A pattern counts when it is SURE sigmas where it is largest, and tilts normals enough
  *           to matter. Sigmas are those of the sandwich over views, never below the formal ones,
- *           with the limb model's bias added. What the robust fit would call an outlier, a deep
- *           dent, still shows in its place.
+ *           with the limb model's bias added, and what edges scatter by beyond their noise: where
+ *           the sample mirrors its surroundings, that is alike over arcs as long as patterns. What
+ *           the robust fit would call an outlier, a deep dent, still shows in its place.
  */
 #include "shape_check.h"
 
@@ -21,7 +22,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NUISANCE = 8, MOST = NUISANCE + 12, ROUNDS = 12, ENOUGH = 60, VIEWS_ENOUGH = 3 };
+enum { NUISANCE = 7, MOST = NUISANCE + 12, ROUNDS = 12, ENOUGH = 60, VIEWS_ENOUGH = 3 };
 enum { PLACES = 1000 };                         // that are looked at for dents
 static const double ABOUT = 12 * CAP_PI / 180;  // a place: half of its width
 static const double BIWEIGHT = 4.685;  // Tukey's constant: 95 % efficient for normal errors
@@ -76,7 +77,6 @@ static int patterns_at(double f[MOST], const struct touch *t, const struct sampl
     const double common[] = {n.x, n.y, n.z, turn.x, turn.y, turn.z};
     memcpy(f, common, sizeof common);
     double *own = f + NUISANCE;
-    f[7] = t->by_shine / reach;
     if (s->shape == SHAPE_SPHERE) {
         f[6] = 1;
         harmonics(n, own);
@@ -109,7 +109,8 @@ struct study {
     const struct sample *sample;
     const struct touch *touch;
     int count, views, numbers;
-    double reach, scale, model;  // model: the limb's bias, mm
+    double reach, scale;
+    double model, strays;  // mm: the limb's bias; what edges scatter by beyond their noise
     double x[MOST], covariance[MOST][MOST];
     double *left;  // [count]
     vec3 *way;     // [count] unit, from the centre to the touch
@@ -192,6 +193,10 @@ static bool fit(struct study *s, double (*view_g)[MOST], double *work)
             return false;
     }
     take_left(s);
+    double noise = 0;
+    for (int i = 0; i < s->count; i++)
+        noise += s->touch[i].sigma / s->count;
+    s->strays = noise * sqrt(fmax(s->scale * s->scale - 1, 0));
     return true;
 }
 
@@ -215,7 +220,7 @@ static double sigma_of(const struct study *s, const double f[MOST], double (*vie
         seen += any > 0;
     }
     double variance = fmax(formal, scatter * seen / fmax(seen - 1, 1));
-    return sqrt(variance + s->model * s->model);
+    return sqrt(variance + s->model * s->model + s->strays * s->strays);
 }
 
 static void keep_larger(struct misfit *best, const struct misfit *m, double reach)
@@ -324,8 +329,8 @@ static void try_places(struct misfit *best, const struct study *s)
         const int agree = p.mean < 0 ? p.below : p.above;
         if (agree < VIEWS_ENOUGH || 3 * agree < 2 * p.views)
             continue;
-        struct misfit m = {.sigma =
-                               sqrt(usual * usual / p.views + stray * stray + s->model * s->model)};
+        struct misfit m = {.sigma = sqrt(usual * usual / p.views + stray * stray
+                                         + s->model * s->model + s->strays * s->strays)};
         m.pattern = p.mean < 0 ? "a dent" : "a bump";
         *(p.mean < 0 ? &m.inwards : &m.outwards) = fabs(p.mean);
         *(p.mean < 0 ? &m.least : &m.most) = p.at;

@@ -13,7 +13,6 @@ extern "C" {
 struct touch {
     vec3 arm, normal;  // world; from the sample's center; unit
     double off, sigma;
-    double by_shine;  // of off, for all of the rim's shine (limb.h)
     double px_per_mm;
     int view;
 };

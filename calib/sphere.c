@@ -4,14 +4,13 @@
  *
  *               angle(r, c - e) = asin(R / |c - e|)
  *
- *           The residual is the difference of the two angles in pixels, and by how much the edge
- *           moves for the share of the ground that the rim mirrors (limb.c), which is one unknown
- *           for all edges and known only roughly for each. Gauss-Newton on c, R and that share,
+ *           The residual is the difference of the two angles in pixels. Gauss-Newton on c and R,
  *           reweighted by Tukey's biweight: what is no outline (terminator, stand, cast shadow)
  *           falls outside it.
  * Accuracy. The covariance is the sandwich over views, H^-1 (sum_v g_v g_v^T) H^-1: the edges of
  *           one view share the errors of its pose, so views are what is independent. The model's
- *           own bias, which all views share, is added.
+ *           own bias, which all views share, is added, and what a mirror-like sphere over a lit
+ *           board shows at its rim.
  */
 #include "sphere.h"
 #include "dense.h"
@@ -24,17 +23,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { UNKNOWNS = 5, EDGES_MIN = 12, ROUNDS = 30 };  // UNKNOWNS: x, y, z, R, the rim's shine
+enum { UNKNOWNS = 4, EDGES_MIN = 12, ROUNDS = 30 };  // UNKNOWNS: x, y, z, R
 static const double BIWEIGHT = 4.685;  // Tukey's constant: 95 % efficient for normal errors
 static const double MODEL_PX = 0.012;  // bias of the limb model: ../shared/facts.md has 0.009 mm
-static const double SHINE_PRIOR = 1, SHINE_VARIES = 0.3;  // share; of it, from edge to edge
-static const double TRUSTED = 0.01;  // a radius known to this, relative, needs no fit at first
+static const double ARCS = 8;          // of an outline: on each, what is mirrored is alike
+static const double TRUSTED = 0.01;    // a radius known to this, relative, needs no fit at first
 
 /** An edge as the fit sees it. */
 struct tangent {
-    vec3 eye, ray;                     // in the world
-    double px;                         // pixels a radian: the focal length
-    double sigma_px, by_shine, share;  // share: of the shine, that the edge was found with
+    vec3 eye, ray;  // in the world
+    double px;      // pixels a radian: the focal length
+    double sigma_px;
     int view;
 };
 
@@ -44,8 +43,8 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/** Residual in pixels, positive outside, and its derivatives by all unknowns. */
-static double tangent_residual(const struct tangent *t, vec3 center, double radius, double shine,
+/** Residual in pixels, positive outside, and its derivatives by x, y, z, R. */
+static double tangent_residual(const struct tangent *t, vec3 center, double radius,
                                double derivative[UNKNOWNS])
 {
     vec3 to = vec3_sub(center, t->eye);
@@ -61,13 +60,7 @@ static double tangent_residual(const struct tangent *t, vec3 center, double radi
     derivative[1] = t->px * g.y;
     derivative[2] = t->px * g.z;
     derivative[3] = -t->px / (distance * cosine);
-    derivative[4] = t->by_shine;
-    return t->px * (atan2(off, along) - asin(sine)) + t->by_shine * (shine - t->share);
-}
-
-static double tangent_sigma(const struct tangent *t, double shine)
-{
-    return hypot(t->sigma_px, SHINE_VARIES * shine * t->by_shine);
+    return t->px * (atan2(off, along) - asin(sine));
 }
 
 /** Invert the symmetric positive a in place; false: it is singular. */
@@ -82,12 +75,12 @@ static bool invert(double a[UNKNOWNS][UNKNOWNS])
 }
 
 /** 1.4826 x median |residual / sigma|: the robust scale of the edges' errors. */
-static double robust_scale(const struct tangent *t, int count, const struct sample *s, double *work)
+static double robust_scale(const struct tangent *t, int count, vec3 center, double radius,
+                           double *work)
 {
     double unused[UNKNOWNS];
     for (int i = 0; i < count; i++)
-        work[i] = fabs(tangent_residual(&t[i], s->center, s->radius, s->shine, unused))
-                  / tangent_sigma(&t[i], s->shine);
+        work[i] = fabs(tangent_residual(&t[i], center, radius, unused)) / t[i].sigma_px;
     qsort(work, (size_t)count, sizeof *work, by_value);
     return 1.4826 * work[count / 2];
 }
@@ -100,14 +93,13 @@ static double biweight(double z)
 
 /** Normal equations at the current place: h and g over all edges, and g of each view apart. */
 static void accumulate(double h[UNKNOWNS][UNKNOWNS], double (*view_g)[UNKNOWNS], int views,
-                       const struct tangent *t, int count, const struct sample *s, double scale)
+                       const struct tangent *t, int count, vec3 center, double radius, double scale)
 {
     memset(h, 0, sizeof(double[UNKNOWNS][UNKNOWNS]));
     memset(view_g, 0, (size_t)views * sizeof *view_g);
     for (int i = 0; i < count; i++) {
-        double d[UNKNOWNS], r = tangent_residual(&t[i], s->center, s->radius, s->shine, d);
-        double sigma = tangent_sigma(&t[i], s->shine);
-        double w = biweight(r / (sigma * scale)) / (sigma * sigma);
+        double d[UNKNOWNS], r = tangent_residual(&t[i], center, radius, d);
+        double w = biweight(r / (t[i].sigma_px * scale)) / (t[i].sigma_px * t[i].sigma_px);
         for (int a = 0; a < UNKNOWNS; a++) {
             for (int b = 0; b < UNKNOWNS; b++)
                 h[a][b] += w * d[a] * d[b];
@@ -116,12 +108,10 @@ static void accumulate(double h[UNKNOWNS][UNKNOWNS], double (*view_g)[UNKNOWNS],
     }
 }
 
-/** Add the priors on the radius and on the shine. */
+/** Add the prior on the radius. */
 static void add_prior(double h[UNKNOWNS][UNKNOWNS], double g[UNKNOWNS], double radius,
-                      double nominal, double sigma, double shine)
+                      double nominal, double sigma)
 {
-    h[4][4] += 1 / (SHINE_PRIOR * SHINE_PRIOR);
-    g[4] += shine / (SHINE_PRIOR * SHINE_PRIOR);
     if (sigma > 0) {
         h[3][3] += 1 / (sigma * sigma);
         g[3] += (radius - nominal) / (sigma * sigma);
@@ -155,14 +145,20 @@ static void sandwich(double sigma[UNKNOWNS], double inverse[UNKNOWNS][UNKNOWNS],
         sigma[a] = sqrt(fmax(variance[a] * seen / fmax(seen - 1, 1), inverse[a][a]));
 }
 
-/** What all views share does not show in their scatter: the limb model itself, in millimetres. */
-static void add_model_error(double sigma[UNKNOWNS], const struct tangent *t, int count, vec3 center)
+/** What all views share does not show in their scatter, in millimetres: the limb model's own bias,
+ *  and where edges scatter by `scale` times what their noise allows, what the sample mirrors there.
+ *  That is alike for all edges on one of ARCS parts of the outline, seen from anywhere. */
+static void add_model_error(double sigma[UNKNOWNS], const struct tangent *t, int count, vec3 center,
+                            double scale)
 {
-    double mm_per_px = 0;
-    for (int i = 0; i < count; i++)
+    double mm_per_px = 0, noise = 0;
+    for (int i = 0; i < count; i++) {
         mm_per_px += vec3_length(vec3_sub(center, t[i].eye)) / t[i].px / count;
+        noise += t[i].sigma_px / count;
+    }
+    double strays = noise * sqrt(fmax(scale * scale - 1, 0) / ARCS);
     for (int a = 0; a < UNKNOWNS; a++)
-        sigma[a] = hypot(sigma[a], MODEL_PX * mm_per_px);
+        sigma[a] = hypot(sigma[a], hypot(MODEL_PX, strays) * mm_per_px);
 }
 
 static int make_tangents(struct tangent *t, const struct calibration *c, const struct edge *edge,
@@ -177,8 +173,6 @@ static int make_tangents(struct tangent *t, const struct calibration *c, const s
             .ray = mat3_mul_t(&r, cal_ray(camera, edge[i].pixel)),
             .px = 0.5 * (camera->focal[0] + camera->focal[1]),
             .sigma_px = hypot(edge[i].sigma_px, 0.01),  // no edge is better than that
-            .by_shine = edge[i].by_shine,
-            .share = edge[i].share,
             .view = edge[i].view,
         };
     }
@@ -190,8 +184,8 @@ static void measure_outline(struct sample *s, const struct tangent *t, int count
     double sum = 0, unused[UNKNOWNS];
     s->outline_edges = 0;
     for (int i = 0; i < count; i++) {
-        double r = tangent_residual(&t[i], s->center, s->radius, s->shine, unused);
-        if (biweight(r / (tangent_sigma(&t[i], s->shine) * scale)) > 0) {
+        double r = tangent_residual(&t[i], s->center, s->radius, unused);
+        if (biweight(r / (t[i].sigma_px * scale)) > 0) {
             sum += r * r;
             s->outline_edges++;
         }
@@ -218,12 +212,12 @@ enum status cal_sphere_fit(struct sample *sample, const struct calibration *cali
     make_tangents(t, calibration, edge, count);
     for (int round = 0; round < ROUNDS && moved > 1e-9; round++) {
         double g[UNKNOWNS] = {0}, step[UNKNOWNS] = {0};
-        scale = fmax(robust_scale(t, count, &s, work), 0.5);
-        accumulate(h, view_g, calibration->views, t, count, &s, scale);
+        scale = fmax(robust_scale(t, count, s.center, s.radius, work), 0.5);
+        accumulate(h, view_g, calibration->views, t, count, s.center, s.radius, scale);
         for (int v = 0; v < calibration->views; v++)
             for (int a = 0; a < UNKNOWNS; a++)
                 g[a] += view_g[v][a];
-        add_prior(h, g, s.radius, sample->radius, sample->sigma_radius, s.shine);
+        add_prior(h, g, s.radius, sample->radius, sample->sigma_radius);
         if (!invert(h)) {
             status = cap_fail(err, STATUS_DATA, "the outlines do not determine the sample's place");
             goto done;
@@ -233,12 +227,11 @@ enum status cal_sphere_fit(struct sample *sample, const struct calibration *cali
                 step[a] -= h[a][b] * g[b];
         s.center = vec3_add(s.center, (vec3){step[0], step[1], step[2]});
         s.radius += step[3];
-        s.shine += step[4];
         moved = fabs(step[0]) + fabs(step[1]) + fabs(step[2]) + fabs(step[3]);
     }
     double sigma[UNKNOWNS];
     sandwich(sigma, h, view_g, calibration->views);
-    add_model_error(sigma, t, count, s.center);
+    add_model_error(sigma, t, count, s.center, scale);
     memcpy(s.sigma_center, sigma, sizeof s.sigma_center);
     s.sigma_radius = sample->sigma_radius > 0 ? sigma[3] : 0;
     measure_outline(&s, t, count, scale);
@@ -289,8 +282,8 @@ static enum status find_edges(struct edge **edges, int *count, const struct cali
         enum status s = cal_view_map(&map, out, &c->view[v], &own);
         if (!s)
             s = cal_outline_edges(&of_view[v], &found[v], &map, &c->camera[c->view[v].camera],
-                                  &c->view[v], v, c->sample.center, c->sample.radius,
-                                  c->sample.shine, search, fine, &own);
+                                  &c->view[v], v, c->sample.center, c->sample.radius, search, fine,
+                                  &own);
         cap_radiance_free(&map);
         if (fine)
             found[v] = drop_dusk(of_view[v], found[v], c);
@@ -341,13 +334,8 @@ static enum status pass(double *moved, struct edge **edges, int *count, struct c
     s->sigma_radius = fitted ? nominal->radius_sigma : 0;
     if (!status)
         status = cal_sphere_fit(s, c, *edges, *count, err);
-    double by_shine = 0;
-    for (int i = 0; i < *count; i++)
-        by_shine += fabs((*edges)[i].by_shine * (s->shine - before.shine)) / *count;
-    *moved =
-        pixels_per_mm(c)
-            * (vec3_length(vec3_sub(s->center, before.center)) + fabs(s->radius - before.radius))
-        + by_shine;
+    *moved = pixels_per_mm(c)
+             * (vec3_length(vec3_sub(s->center, before.center)) + fabs(s->radius - before.radius));
     return status ? cap_fail_within(err, "the sphere's outline") : STATUS_OK;
 }
 
@@ -389,10 +377,8 @@ static enum status check_shape(const struct calibration *c, const struct edge *e
         vec3 arm = vec3_sub(near, s->center);
         touch[i] = (struct touch){.arm = arm,
                                   .normal = vec3_normalize(arm),
-                                  .off = vec3_length(arm) - s->radius
-                                         + t[i].by_shine * (s->shine - t[i].share) * way / t[i].px,
-                                  .sigma = tangent_sigma(&t[i], s->shine) * way / t[i].px,
-                                  .by_shine = t[i].by_shine * way / t[i].px,
+                                  .off = vec3_length(arm) - s->radius,
+                                  .sigma = t[i].sigma_px * way / t[i].px,
                                   .px_per_mm = t[i].px / way,
                                   .view = t[i].view};
     }

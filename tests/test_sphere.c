@@ -64,33 +64,6 @@ static void test_wild_edges_are_left_out(void **state)
     assert_true(s.outline_edges <= count - count / 8);
 }
 
-static void test_the_rims_shine_is_found(void **state)
-{
-    (void)state;
-    struct calibration c;
-    struct camera camera;
-    struct view view[VIEWS];
-    struct edge edge[VIEWS * 40];
-    make_views(&c, &camera, view);
-    int count = true_edges(edge, &c, 40, 0);
-    for (int v = 0, i = 0; v < VIEWS; v++) {
-        mat3 r = cal_rotation(view[v].view_from_world.rotation);
-        struct cone cone = cal_outline_cone(cal_eye(view[v].view_from_world), CENTER, RADIUS);
-        for (int k = 0; k < 40; k++, i++) {  // one half of the ground is bright: edges lie inside
-            edge[i].by_shine = k < 20 ? 0.5 : 0;
-            double inside = 0.7 * edge[i].by_shine / camera.focal[0];
-            vec3 ray = cal_cone_ray(&cone, cone.half_angle - inside, 2 * CAP_PI * k / 40);
-            assert_true(cal_direction_pixel(&camera, &r, ray, edge[i].pixel));
-        }
-    }
-    struct sample s = {
-        .shape = SHAPE_SPHERE, .center = {0, 0, 38}, .radius = 20.1, .sigma_radius = 1};
-    assert_int_equal(cal_sphere_fit(&s, &c, edge, count, NULL), STATUS_OK);
-    assert_near(s.shine, 0.7, 0.02);
-    assert_near(vec3_length(vec3_sub(s.center, CENTER)), 0, 0.01);
-    assert_near(s.radius, RADIUS, 0.01);
-}
-
 static void test_too_few_edges_are_refused(void **state)
 {
     (void)state;
@@ -106,23 +79,21 @@ static void test_too_few_edges_are_refused(void **state)
 }
 
 /** Radiance at a pixel: a matte ball lit from the eye (cos_o, which falls as the square root of
- *  the depth inside its outline) before `ground`, of which its rim mirrors a share; the mean over
- *  8 x 8 points. */
+ *  the depth inside its outline) before `ground`; the mean over 8 x 8 points. */
 static float paint(const struct cone *cone, const struct camera *camera, const mat3 *r, int x,
-                   int y, double ground, double share)
+                   int y, double ground)
 {
     double sum = 0;
     for (int k = 0; k < 64; k++) {
         double pixel[2] = {x + (k % 8 - 3.5) / 8, y + (k / 8 - 3.5) / 8};  // NOLINT: whole rows
         vec3 ray = mat3_mul_t(r, cal_ray(camera, pixel));
         double sine = sin(acos(fmin(vec3_dot(ray, cone->axis), 1))) / sin(cone->half_angle);
-        double cosine = sqrt(fmax(1 - sine * sine, 0));
-        sum += sine < 1 ? cosine + 0.1 + share * ground * pow(1 - cosine, 5) : ground;
+        sum += sine < 1 ? sqrt(1 - sine * sine) + 0.1 : ground;
     }
     return (float)(sum / 64);
 }
 
-static void painted_edges(double ground, double share)
+static void painted_edges(double ground)
 {
     struct calibration c;
     struct camera camera;
@@ -135,14 +106,14 @@ static void painted_edges(double ground, double share)
     map.variance = calloc(3 * 400 * 300, sizeof *map.variance);
     for (int i = 0; i < 400 * 300; i++)
         for (int k = 0; k < 3; k++) {
-            map.value[3 * i + k] = paint(&cone, &camera, &r, i % 400, i / 400, ground, share);
+            map.value[3 * i + k] = paint(&cone, &camera, &r, i % 400, i / 400, ground);
             map.variance[3 * i + k] = 1e-6F;
         }
     struct edge *edge = NULL;
     int count = 0;
     vec3 guess = vec3_add(CENTER, (vec3){0.3, 0.2, -0.2});  // most of a pixel away
     assert_int_equal(cal_outline_edges(&edge, &count, &map, &camera, &view[1], 1, guess, RADIUS,
-                                       share, 2.5, true, NULL),
+                                       2.5, true, NULL),
                      STATUS_OK);
     assert_true(count > 20);
     double sum = 0;
@@ -159,19 +130,13 @@ static void painted_edges(double ground, double share)
 static void test_bright_limb_before_dark_ground(void **state)
 {
     (void)state;
-    painted_edges(0, 0);
+    painted_edges(0);
 }
 
 static void test_limb_before_bright_ground(void **state)
 {
     (void)state;
-    painted_edges(1.5, 0);
-}
-
-static void test_shining_limb_before_bright_ground(void **state)
-{
-    (void)state;
-    painted_edges(1.5, 1);
+    painted_edges(1.5);
 }
 
 int main(void)
@@ -182,8 +147,6 @@ int main(void)
         cmocka_unit_test(test_too_few_edges_are_refused),
         cmocka_unit_test(test_bright_limb_before_dark_ground),
         cmocka_unit_test(test_limb_before_bright_ground),
-        cmocka_unit_test(test_shining_limb_before_bright_ground),
-        cmocka_unit_test(test_the_rims_shine_is_found),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

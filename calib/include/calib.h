@@ -125,7 +125,6 @@ struct sample {
     vec3 center, axis;
     double sigma_center[3], sigma_radius;
     double sigma_turn[3];   // rad, about the world's axes; 0 for a sphere
-    double shine;           // of a sphere: the share of what lies behind that its rim mirrors
     double outline_rms_px;  // of the outline's edges about the fit; 0: not measured
     int outline_edges;
     char *file;  // of a mesh: its path; owned by the calibration, as mesh is
@@ -167,6 +166,7 @@ struct surroundings {
     // nothing else lights: 1, but for room light (more) and renderings of direct light alone (0).
     double strength, sigma_strength;
     bool has_lobe, peak_unknown;  // no facet shows the lobe's peak: too small, or saturated
+    double mirror[3];             // then: the most that it may mirror, face on
     struct lobe_table lobe;
 };
 
