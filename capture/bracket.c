@@ -43,6 +43,7 @@ static enum status make_band(struct bracket *bracket, int rows, struct error *er
     bracket->rows_at_once = 1;
     for (int f = 0; f < bracket->frames; f++) {
         bracket->any_row = bracket->any_row && bracket->file[f]->any_row;
+        bracket->at_once = bracket->at_once || bracket->file[f]->at_once;
         if (bracket->file[f]->rows_at_once > bracket->rows_at_once)
             bracket->rows_at_once = bracket->file[f]->rows_at_once;
     }

@@ -16,6 +16,7 @@ struct bracket {
     float *dn[BRACKET_FRAMES_MAX];              // [rows][width][channels]
     struct photo_file *file[BRACKET_FRAMES_MAX];
     bool any_row;                  // rows can be passed over without decoding them
+    bool at_once;                  // a frame is decoded by the first row that is read
     int rows_at_once;              // best read together
     int threads;                   // for reading frames beside each other; 1 at first
     const struct curve *response;  // of encoded photographs; NULL: codes stay codes

@@ -1,10 +1,11 @@
 /* merge_shot.c -- one shot, from its photographs to its map, in bands of rows.
  *
  * Files whose strips can be decoded in any order are opened once a thread, and bands go round the
- * threads; only the copying out is in order. Others are decoded frame beside frame, and the rows
- * of the band are merged beside each other then. One thread goes row by row: what it has unpacked
- * is still in the nearest cache when it is merged. Memory is that of some bands, whatever the size
- * of the image; the result does not depend on the number of threads.
+ * threads; only the copying out is in order. Others, and those that are decoded all at once, are
+ * decoded frame beside frame, and the rows of the band are merged beside each other then. One
+ * thread goes row by row: what it has unpacked is still in the nearest cache when it is merged.
+ * Memory is that of some bands, whatever the size of the image; the result does not depend on the
+ * number of threads.
  */
 #include "merge_shot.h"
 #include "blocks.h"
@@ -221,7 +222,7 @@ enum status merge_shot_rows(const char *path, const struct exr_header *header,
         failure.bad = -1;
         failure.status = exr_begin(&writer, path, header, &failure.err);
     }
-    if (!failure.status && job->threads > 1 && first.bracket.any_row)
+    if (!failure.status && job->threads > 1 && first.bracket.any_row && !first.bracket.at_once)
         merge_round(&failure, writer, &first, header, job, shot);
     else if (!failure.status)
         merge_in_order(&failure, writer, &first, header, job, shot);

@@ -135,11 +135,13 @@ static enum status merge_shot(const struct job *job, const struct shot *shot, bo
     return status;
 }
 
-/* Shots beside each other where there are enough of them to keep all threads busy to the end. */
+/* Shots beside each other where there are enough of them to keep all threads busy to the end, and
+ * their frames are not large in memory, as those of a mosaic are. */
 static int threads_a_shot(const struct capture *capture, const struct run *run)
 {
     enum { SHOTS_A_THREAD = 4 };
-    return capture->shots >= SHOTS_A_THREAD * run->threads ? 1 : run->threads;
+    bool many = capture->shots >= SHOTS_A_THREAD * run->threads && !*capture->photo[0].cfa;
+    return many ? 1 : run->threads;
 }
 
 static enum status merge_all(const struct job *job, bool *usable, struct error *err)
@@ -275,6 +277,7 @@ enum status cap_merge(const struct capture *capture, const char *out, struct sen
         sensor[k] = lessons.learned[k].sensor;
     if (!status && usable)
         memcpy(usable, has_map, (size_t)capture->shots * sizeof *has_map);
+    photo_forget();
     free_lessons(&lessons, capture->cameras);
     free(has_map);
     free(left_out);

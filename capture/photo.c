@@ -23,6 +23,8 @@ enum status photo_open(struct photo_file **file, const char *path, struct error 
 {
     static const unsigned char png[4] = {0x89, 'P', 'N', 'G'}, exr[4] = {0x76, 0x2F, 0x31, 0x01};
     unsigned char magic[4] = {0};
+    if ((*file = photo_kept(path)))
+        return STATUS_OK;
     FILE *stream = fopen(path, "rb");
     if (!stream)
         return cap_fail(err, STATUS_IO, "%s: %s", path, strerror(errno));
@@ -94,13 +96,18 @@ void *photo_begin(size_t size, const struct photo_format *format, const char *pa
 enum status photo_opened(struct photo_file **opened, struct photo_file *file, enum status status)
 {
     if (status)
-        photo_close(file);
+        photo_end(file);
     else
         *opened = file;
     return status;
 }
 
 void photo_close(struct photo_file *file)
+{
+    photo_end(file && file->at_once ? photo_keep(file) : file);
+}
+
+void photo_end(struct photo_file *file)
 {
     if (!file)
         return;

@@ -21,6 +21,7 @@ struct photo_file {
     int row;           // the next to be read
     int rows_at_once;  // rows that are decoded together: a strip, a tile, a chunk
     bool any_row;      // rows can be passed over without decoding them
+    bool at_once;      // the first row that is read decodes them all
 };
 
 /** Open a photograph and read what it says of itself: TIFF (8, 16 bits, half or float), PNG, JPEG,
@@ -35,6 +36,9 @@ enum status photo_read(struct photo_file *file, float *dn, int rows, struct erro
 /** Pass over rows. */
 enum status photo_skip(struct photo_file *file, int rows, struct error *err);
 void photo_close(struct photo_file *file);
+/** Files that are decoded at once do not end when they are closed: the last few are kept, decoded,
+ *  for photo_open() to hand out again. Now they end. */
+void photo_forget(void);
 
 /** What a photograph is before its file is read: nothing is known. */
 struct photo photo_unknown(void);
@@ -44,6 +48,13 @@ void *photo_begin(size_t size, const struct photo_format *format, const char *pa
                   struct error *err);
 /** End it: the caller's, or closed where status is not OK. Returns status. */
 enum status photo_opened(struct photo_file **opened, struct photo_file *file, enum status status);
+
+// What photo_open() and photo_close() keep: a file that is there and unchanged, now the caller's,
+// or NULL; a file to keep, which gives back one to end, or NULL. photo_end() ends any.
+struct photo_file *photo_kept(const char *path);
+struct photo_file *photo_keep(struct photo_file *file);
+void photo_make_room(void);  // before one is decoded: the file kept longest ends
+void photo_end(struct photo_file *file);
 
 // The formats.
 enum status tiff_open(struct photo_file **file, const char *path, struct error *err);

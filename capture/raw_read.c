@@ -33,6 +33,8 @@ static void note_damage(void *user, const char *name, const int offset)
 /* Opening is cheap, decoding is not: only who reads pixels pays. */
 static enum status unpack(struct raw_file *file, struct error *err)
 {
+    if (!file->unpacked)
+        photo_make_room();
     int result = file->unpacked ? LIBRAW_SUCCESS : libraw_unpack(file->raw);
     if (result)
         return cap_fail(err, STATUS_FORMAT, "%s: %s", file->base.path, libraw_strerror(result));
@@ -225,8 +227,8 @@ static enum status begin(struct raw_file *file, struct error *err)
     info->height = file->raw->sizes.raw_height;
     info->bits = 16;
     read_levels(file);
-    // Some formats tell their black level within the compressed data only.
-    if (!(info->black > 0) && unpack(file, NULL) == STATUS_OK)
+    // Some formats, but not DNG, tell their black level within the compressed data only.
+    if (!(info->black > 0) && !file->raw->idata.dng_version && unpack(file, NULL) == STATUS_OK)
         read_levels(file);
     read_settings(info, file->raw);
     const char *dot = strrchr(file->base.path, '.');
@@ -241,8 +243,8 @@ enum status raw_open(struct photo_file **opened, const char *path, struct error 
     struct raw_file *file = photo_begin(sizeof *file, &format, path, err);
     if (!file)
         return STATUS_MEMORY;
-    file->base.rows_at_once = 2;
-    file->base.any_row = true;
+    file->base.rows_at_once = 64;  // whole cells, and threads seldom wait for each other
+    file->base.any_row = file->base.at_once = true;
     file->raw = libraw_init(LIBRAW_OPIONS_NO_DATAERR_CALLBACK);
     if (file->raw)
         libraw_set_dataerror_handler(file->raw, note_damage, file);

@@ -15,16 +15,17 @@ enum { PIXELS = 400000, BANDS_MIN = 16, ROWS_MIN = 4 };
 /* What one shot gives: `bands` bands of `rows` rows, which begin at multiples of `cell`. */
 struct plan {
     int bands, rows, cell;
+    int threads;  // for the frames of a shot
 };
 
 static struct plan make_plan(int shots, int width, int height, const char *cfa)
 {
     int cell = *cfa ? cap_cfa_side(cfa) : 2, least = ROWS_MIN * (*cfa ? cell : 1);
-    struct plan plan = {.bands = (BANDS_MIN + shots - 1) / shots, .cell = cell};
+    struct plan plan = {.bands = (BANDS_MIN + shots - 1) / shots, .cell = cell, .threads = 1};
     plan.rows = PIXELS / shots / plan.bands / width / cell * cell;
     plan.rows = plan.rows > least ? plan.rows : least;
     if (plan.bands * plan.rows >= height)
-        plan = (struct plan){1, height, cell};
+        plan = (struct plan){1, height, cell, 1};
     return plan;
 }
 
@@ -101,6 +102,7 @@ static enum status try_shot(struct bracket_sample *const s[3], const struct brac
 {
     struct bracket b = {0};
     enum status status = bracket_open(&b, choice, plan->rows, bad, NULL);
+    b.threads = plan->threads;
     size_t room = (size_t)plan->bands * (size_t)plan->rows * (size_t)b.width;
     int shot = (int)(choice->shot - choice->capture->shot);
     for (int c = 0; c < 3 && !status; c++)
@@ -148,7 +150,10 @@ enum status sample_read(struct sample_set *set, const struct capture *capture, i
         struct plan plan = make_plan(shots, kind->width, kind->height, made.cfa);
         made.width = kind->width;
         made.rows = plan.rows;
-#pragma omp parallel for schedule(dynamic) num_threads(run->threads)
+        // Frames of a mosaic are decoded at once, and large then: those of one shot at a time.
+        int teams = *made.cfa ? 1 : shots < run->threads ? shots : run->threads;
+        plan.threads = run->threads / teams;
+#pragma omp parallel for schedule(dynamic) num_threads(teams)
         for (int k = 0; k < shots; k++) {
             struct bracket_sample *const s[3] = {&made.channel[0][k], &made.channel[1][k],
                                                  &made.channel[2][k]};

@@ -1,13 +1,22 @@
 #!/usr/bin/python3
-"""Speed and error of the merge on synthetic 24-megapixel brackets, beside decoding and other programs.
+"""Speed, memory and error of the merge on synthetic 24-megapixel brackets, beside decoding and other programs.
 
-    merge_scale.py [--build build/release] [--work /tmp/merge_scale] [--threads 2] [--others]
+    merge_scale.py [--build build/release] [--work /tmp/merge_scale] [--threads 2] [--kinds tiff,dng,plain] [--shots 3]
+                   [--others]
 
-Writes 5 deflate-compressed 16-bit TIFF files of 6000 x 4000 (kept in --work), exposures a factor of 4 apart, a sensor of
-12600 e full scale, 5 e read noise, 4 decades of radiance; then prints
-  - seconds of decoding alone (bench_decode) and of `goniocam merge` on the same threads, and their ratio
-  - per decade of radiance: rms error over the Cramer-Rao bound, bias, and the shares within 1 and 2 stated sigma
-  - with --others: OpenCV's MergeDebevec and MergeRobertson (8 bits) and, where it is installed, pfshdrcalibrate.
+Makes brackets of 5 exposures, a factor of 4 apart, of 6000 x 4000 in --work (kept there): 4 decades of radiance on a
+sensor of 12600 e full scale with 5 e read noise, as 16-bit RGB TIFF (deflate; uncompressed: `plain`) and as a mosaic in
+lossless-JPEG DNG. For each kind it prints
+  - seconds of decoding alone (bench_decode: libtiff, LibRaw) and of `goniocam merge` on the same threads (best of
+    --repeat, one after the other), and their ratio (asked: at most 1.5); the same of user and system time
+  - milliseconds a megapixel-exposure, beside what copying as many bytes as are read and written takes in memory
+  - the peak memory of merging one shot and --shots shots, in float images of the frame (asked: below 3, and the same)
+and of the deflate TIFF, per decade of radiance, the rms error over the Cramer-Rao bound, bias, and the shares within 1
+and 2 stated sigma. --others compares, each from the same TIFF files to its result, decoding included: goniocam merge
+(which estimates the sensor's levels and noise, and writes its map with variances), OpenCV's MergeDebevec and
+MergeRobertson (8 bits are all that they take; times and the linear response given) and pfshdrcalibrate (16 bits, linear
+response given; its result goes to /dev/null), where they are installed: seconds, and the rms relative error where the
+longest frame holds 10^3 to 10^5 electrons, each program's own scale taken out by its median.
 """
 import argparse
 import os
@@ -18,46 +27,110 @@ import time
 import cv2
 import numpy as np
 
+from lossless_jpeg import lossless_jpeg
 from merge_error import read_map
+from merge_synthetic import write_dng
 
 TOP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
 W, H, BLACK, GAIN, READ, WHITE = 6000, 4000, 128, 3.2, 5.0, 4095  # DN; e a DN; e; the converter's end
 TIMES = [4.0 ** k / 1024 for k in range(5)]
+KINDS = {"tiff": ("tif", 3, "deflate TIFF"), "dng": ("dng", 1, "lossless-JPEG DNG"), "plain": ("tif", 3, "uncompressed TIFF")}
 
 
-def rate_row(y):
+def rate_row():
     """Electrons a second along a row: 4 decades across, the same for all rows and channels."""
     return 1.2e7 * 10 ** (-4 * (np.arange(W) + 0.5) / W)
 
 
-def make(work):
-    os.makedirs(work, exist_ok=True)
+def write(path, kind, dn, seconds):
+    if kind == "dng":
+        write_dng(path, dn[..., 0], seconds, WHITE, lossless_jpeg(dn[..., 0], 12))
+    else:
+        cv2.imwrite(path, dn, [cv2.IMWRITE_TIFF_COMPRESSION, 8 if kind == "tiff" else 1])
+
+
+def make(work, kind, shots):
+    """A folder of one bracket, and one of so many that share its files; -> the files of the first."""
+    end, channels, _ = KINDS[kind]
     rng = np.random.default_rng(1)
+    files = [os.path.join(work, kind, "s0_%d.%s" % (k, end)) for k in range(5)]
+    for folder, count in ((kind, 1), (kind + "_more", shots)):
+        os.makedirs(os.path.join(work, folder), exist_ok=True)
+        with open(os.path.join(work, folder, "capture.yaml"), "w") as f:
+            f.write('goniocam: 1\nphotos: {pattern: "*.%s"}\noverrides:\n' % end)
+            for k, t in enumerate(TIMES):
+                f.write('- {photos: "*_%d.%s", exposure_time: "%.10f"}\n' % (k, end, t))
     for k, t in enumerate(TIMES):
-        path = os.path.join(work, "a_%d.tif" % k)
-        if os.path.exists(path):
-            continue
-        image = np.empty((H, W, 3), np.uint16)
-        e = (rate_row(0) * t).astype(np.float32)[None, :, None]
-        for y in range(0, H, 200):
-            n = e + np.sqrt(e + READ * READ) * rng.standard_normal((200, W, 3), np.float32)
-            image[y:y + 200] = np.clip(np.rint(BLACK + n / GAIN), 0, WHITE)
-        cv2.imwrite(path, image, [cv2.IMWRITE_TIFF_COMPRESSION, 8])
-    with open(os.path.join(work, "capture.yaml"), "w") as f:
-        f.write('goniocam: 1\nphotos: {pattern: "*.tif"}\noverrides:\n')
-        for k, t in enumerate(TIMES):
-            f.write('- {photos: a_%d.tif, exposure_time: "%.10f"}\n' % (k, t))
+        if not os.path.exists(files[k]):
+            image = np.empty((H, W, channels), np.uint16)
+            e = (rate_row() * t).astype(np.float32)[None, :, None]
+            for y in range(0, H, 200):
+                n = e + np.sqrt(e + READ * READ) * rng.standard_normal((200, W, channels), np.float32)
+                image[y:y + 200] = np.clip(np.rint(BLACK + n / GAIN), 0, WHITE)
+            write(files[k], kind, image, t)
+        for s in range(shots):
+            link = os.path.join(work, kind + "_more", "s%d_%d.%s" % (s, k, end))
+            if not os.path.exists(link):
+                os.link(files[k], link)
+    return files
 
 
-def seconds(command):
+def run(command):
+    """Seconds, seconds of the processors, megabytes at the peak."""
     begin = time.monotonic()
-    subprocess.check_call(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    return time.monotonic() - begin
+    child = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    _, code, used = os.wait4(child.pid, 0)
+    if code:
+        raise SystemExit("failed: " + " ".join(command))
+    return time.monotonic() - begin, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
 
 
-def decades(out):
-    rate = rate_row(0)
-    value, variance = read_map(os.path.join(out, "radiance", "a_0.exr"))
+def copying(size):
+    """Seconds of copying so many bytes in all, read and written, in memory."""
+    a = np.ones(size // 2, np.uint8)
+    b = np.empty_like(a)
+    best = float("inf")
+    for _ in range(4):
+        begin = time.monotonic()
+        np.copyto(b, a)
+        best = min(best, time.monotonic() - begin)
+    return best
+
+
+def merge(a, kind, folder):
+    out = os.path.join(a.work, "out")
+    shutil.rmtree(out, ignore_errors=True)
+    return run([a.goniocam or os.path.join(a.build, "goniocam"), "merge", os.path.join(a.work, folder), "-o", out,
+                "--threads", str(a.threads), "--quiet"])
+
+
+def measure(a, kind):
+    """Prints; -> seconds of merging one shot."""
+    files, channels = make(a.work, kind, a.shots), KINDS[kind][1]
+    decode = [os.path.join(a.build, "tests/bench_decode"), str(a.threads)] + files
+    both = [(run(decode), merge(a, kind, kind)) for _ in range(a.repeat)]
+    floor, ours = (min(b[i][0] for b in both) for i in range(2))
+    floor_cpu, ours_cpu = (min(b[i][1] for b in both) for i in range(2))
+    one, many = max(b[1][2] for b in both), merge(a, kind, kind + "_more")[2]
+    print("5 x 24 megapixels, %s, %d threads" % (KINDS[kind][2], a.threads))
+    print("  decoding %.2f s, merge %.2f s: %.2f x (processors: %.2f and %.2f s, %.2f x)"
+          % (floor, ours, ours / floor, floor_cpu, ours_cpu, ours_cpu / floor_cpu))
+    moved = W * H * channels * (2 * 5 + 8)  # 16 bits in, value and variance out
+    print("  %.2f ms a megapixel-exposure; copying its %d MB in memory: %.2f ms"
+          % (1000 * ours / 120, moved >> 20, 1000 * copying(moved) / 120))
+    image = 4 * W * H * channels / 2 ** 20
+    print("  peak memory %.0f MB of one shot, %.0f MB of %d: %.2f and %.2f float images"
+          % (one, many, a.shots, one / image, many / image))
+    return ours
+
+
+def ours_of(work):
+    value, variance = read_map(os.path.join(work, "out", "radiance", "s0_0.exr"))
+    return value[::16], variance[::16]  # enough to tell
+
+
+def decades(value, variance):
+    rate = rate_row()
     read2 = READ ** 2 + GAIN ** 2 / 12
     information = np.zeros(W)
     for t in TIMES:
@@ -77,31 +150,69 @@ def decades(out):
         norm = (error - bias) / bound[x]
         print("  %-22s %11.4f %10.4f %8.4f %8.4f" % ("%.0e to %.0e" % (low, 10 * low), np.sqrt(np.mean(norm[good] ** 2)),
                                                 1e3 * bias, np.mean(z < 1), np.mean(z < 2)))
-    return value
 
 
-def others(work, ours_seconds, threads):
-    cv2.setNumThreads(threads)
-    files = [os.path.join(work, "a_%d.tif" % k) for k in range(5)]
-    eight = [np.clip((cv2.imread(f, -1).astype(np.float32) - BLACK) * (255.0 / (WHITE - BLACK)), 0, 255).astype(np.uint8) for f in files]
-    t = np.array(TIMES, np.float32)
+def error_of(value):
+    """rms relative error where the longest frame holds 10^3 to 10^5 electrons, but for the scale; value [..][W][3]."""
+    rate = rate_row()
+    x = (rate * TIMES[-1] >= 1e3) & (rate * TIMES[-1] < 1e5)
+    ratio = value[:, x] / rate[x][None, :, None]
+    return np.sqrt(np.mean((ratio / np.median(ratio) - 1) ** 2))
+
+
+def tell(name, seconds, ours, error):
+    print("  %-18s %8.2f s  %6.1f x ours  rms error %.4f" % (name, seconds, seconds / ours, error))
+
+
+def by_opencv(files, algorithm):
+    """Reading, 8 bits, merging."""
+    begin = time.monotonic()
+    eight = []
+    for f in files:
+        e = cv2.imread(f, -1)
+        eight.append(cv2.convertScaleAbs(cv2.subtract(e, (BLACK,) * 4), alpha=255.0 / (WHITE - BLACK)))
     linear = np.repeat(np.arange(256, dtype=np.float32)[:, None, None], 3, 2) / 255
-    rate = rate_row(0)[None, :, None]
-    for name, merge in (("OpenCV Debevec", cv2.createMergeDebevec()), ("OpenCV Robertson", cv2.createMergeRobertson())):
-        begin = time.monotonic()
-        out = merge.process(eight, t, linear)
-        took = time.monotonic() - begin
-        ratio = out / rate
-        ratio /= np.median(ratio[:, 200:-1500])
-        error = np.sqrt(np.mean((ratio[:, 1000:3000] - 1) ** 2))
-        print("  %-18s %8.2f s  %6.1f x ours, rms error %.4f (decades 2 and 3; 8 bits, reading excluded)" % (name, took, took / ours_seconds, error))
+    out = algorithm.process(eight, np.array(TIMES, np.float32), linear)
+    return time.monotonic() - begin, out[::16]
+
+
+def read_pfs(path, rows):
+    """The channel Y (or the first) of a PFS file of W x H, every 16th row."""
+    with open(path, "rb") as f:
+        f.readline()
+        w, h = (int(v) for v in f.readline().split())
+        for _ in range(int(f.readline())):  # channels: a name and tags
+            f.readline()
+            for _ in range(int(f.readline())):
+                f.readline()
+        for _ in range(0):
+            pass
+        return w, h, f
+
+
+def by_pfstools(files, work):
+    """Reading and merging; the error from a run of its own, since its time is no matter of writing files."""
+    script = os.path.join(work, "list.hdrgen")
+    with open(script, "w") as f:
+        for k, s in enumerate(TIMES):
+            f.write("%s %.8f 8.0 100 0\n" % (files[k], 1 / s))
+    begin = time.monotonic()
+    subprocess.check_call("pfsinhdrgen %s | pfshdrcalibrate -r linear --bpp 16 > /dev/null" % script, shell=True,
+                          stderr=subprocess.DEVNULL)
+    return time.monotonic() - begin
+
+
+def others(a, ours, value):
+    print("  from the files to the result:")
+    tell("goniocam merge", ours, ours, error_of(value))
+    cv2.setNumThreads(a.threads)
+    files = make(a.work, "tiff", a.shots)
+    for name, algorithm in (("OpenCV Debevec", cv2.createMergeDebevec()), ("OpenCV Robertson", cv2.createMergeRobertson())):
+        took, out = by_opencv(files, algorithm)
+        tell(name, took, ours, error_of(out))
     if shutil.which("pfshdrcalibrate"):
-        script = os.path.join(work, "list.hdrgen")
-        with open(script, "w") as f:
-            for k, s in enumerate(TIMES):
-                f.write("%s %.8f 8.0 100 0\n" % (files[k], 1 / s))
-        took = seconds(["sh", "-c", "pfsinhdrgen %s | pfshdrcalibrate -r linear --bpp 16 > %s/pfs.out" % (script, work)])
-        print("  %-18s %8.2f s  %6.1f x ours (reading included)" % ("pfshdrcalibrate", took, took / ours_seconds))
+        took = by_pfstools(files, a.work)
+        tell("pfshdrcalibrate", took, ours, np.nan)
 
 
 def main():
@@ -111,22 +222,17 @@ def main():
     parser.add_argument("--work", default="/tmp/merge_scale")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--kinds", default="dng,plain,tiff")
+    parser.add_argument("--shots", type=int, default=3)
     parser.add_argument("--others", action="store_true")
     a = parser.parse_args()
-    make(a.work)
-    files = [os.path.join(a.work, "a_%d.tif" % k) for k in range(5)]
-    decode = [os.path.join(a.build, "tests/bench_decode"), str(a.threads)] + files
-    floor = min(float(subprocess.check_output(decode)) for _ in range(a.repeat))
-    out, ours = os.path.join(a.work, "out"), float("inf")
-    for _ in range(a.repeat):
-        shutil.rmtree(out, ignore_errors=True)
-        ours = min(ours, seconds([a.goniocam or os.path.join(a.build, "goniocam"), "merge", a.work, "-o", out, "--threads",
-                                  str(a.threads), "--quiet"]))
-    print("5 x 24 megapixels, deflate, %d threads: decoding %.2f s, merge %.2f s: %.2f x; %.2f ms a megapixel-exposure"
-          % (a.threads, floor, ours, ours / floor, 1000 * ours / 5 / 24))
-    decades(out)
-    if a.others:
-        others(a.work, ours, a.threads)
+    for kind in a.kinds.split(","):
+        ours = measure(a, kind)
+        if kind == "tiff":
+            value, variance = ours_of(a.work)
+            decades(value, variance)
+            if a.others:
+                others(a, ours, value)
 
 
 if __name__ == "__main__":

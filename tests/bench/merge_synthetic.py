@@ -24,8 +24,8 @@ import numpy as np
 WIDTH, HEIGHT, SHOTS = 960, 640, 4
 
 
-def write_dng(path, dn, seconds, white):
-    """One uncompressed strip of 16 bits, RGGB, with the tags that LibRaw wants."""
+def write_dng(path, dn, seconds, white, packed=None):
+    """One uncompressed strip of 16 bits, RGGB, with the tags that LibRaw wants; packed: the strip as lossless JPEG."""
     h, w = dn.shape
     text = lambda s: s.encode() + b"\0"
     entries, blob = [], bytearray()
@@ -35,9 +35,9 @@ def write_dng(path, dn, seconds, white):
             struct.pack("<" + {1: "B", 3: "H", 4: "I", 5: "II", 10: "ii"}[kind], *(v if isinstance(v, tuple) else (v,))) for v in values)
         entries.append((tag, kind, len(data) // {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 10: 8}[kind], data))
 
-    add(254, 4, [0]); add(256, 4, [w]); add(257, 4, [h]); add(258, 3, [16]); add(259, 3, [1]); add(262, 3, [32803])
+    add(254, 4, [0]); add(256, 4, [w]); add(257, 4, [h]); add(258, 3, [16]); add(259, 3, [7 if packed else 1]); add(262, 3, [32803])
     add(271, 2, text("Synthetic")); add(272, 2, text("Sensor")); add(273, 4, [0]); add(274, 3, [1]); add(277, 3, [1])
-    add(278, 4, [h]); add(279, 4, [2 * w * h]); add(33421, 3, [2, 2]); add(33422, 1, [0, 1, 1, 2])
+    add(278, 4, [h]); add(279, 4, [len(packed) if packed else 2 * w * h]); add(33421, 3, [2, 2]); add(33422, 1, [0, 1, 1, 2])
     add(34665, 4, [0]); add(50706, 1, [1, 4, 0, 0]); add(50707, 1, [1, 1, 0, 0]); add(50708, 2, text("Synthetic Sensor"))
     add(50713, 3, [1, 1]); add(50714, 3, [0]); add(50717, 4, [white])
     add(50721, 10, [(1, 1), (0, 1), (0, 1), (0, 1), (1, 1), (0, 1), (0, 1), (0, 1), (1, 1)])
@@ -62,7 +62,7 @@ def write_dng(path, dn, seconds, white):
     out += blob + struct.pack("<II", micro, 1000000)
     assert len(out) == strip
     with open(path, "wb") as f:
-        f.write(out + dn.astype("<u2").tobytes())
+        f.write(out + (packed or dn.astype("<u2").tobytes()))
 
 
 def read_map(path):
