@@ -337,7 +337,8 @@ static TIFF *open_quietly(struct tiff_file *file)
         return NULL;
     TIFFOpenOptionsSetErrorHandlerExtR(options, keep_message, file);
     TIFFOpenOptionsSetWarningHandlerExtR(options, drop_message, NULL);
-    TIFF *tiff = TIFFOpenExt(file->base.path, "r", options);
+    // m: read, not mapped; a mapped file would count as memory, strip after strip.
+    TIFF *tiff = TIFFOpenExt(file->base.path, "rm", options);
     TIFFOpenOptionsFree(options);
     return tiff;
 }
