@@ -127,8 +127,8 @@ static inline __attribute__((always_inline)) void look(
         float noise = photons + unequal2 * mean * mean;
         float off = x > high ? x - high : low - x;
         int dim = mean < dim_part * full[i] ? DIM : 0;
-        int lit = (low > 0) & (low * low > lit2 * photons) ? LIT : 0;
-        int odd = (off > 0) & (off * off > odd2 * noise) ? ODD | (x > high ? BRIGHT : 0) : 0;
+        int lit = ((low > 0) & (low * low > lit2 * photons)) ? LIT : 0;
+        int odd = ((off > 0) & (off * off > odd2 * noise)) ? ODD | (x > high ? BRIGHT : 0) : 0;
         int seen = high < full[i] ? TESTED | dim | lit | odd : 0;
         bool tells = (seen != 0) & (odd == 0) & (spread * spread < smooth2 * noise) & (x < full[i])
                      & (mean > 0) & (photons < noise2 * mean * mean)
