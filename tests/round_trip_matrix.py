@@ -21,6 +21,7 @@ import numpy as np
 import yaml
 
 PLASTIC = {"model": "ggx", "albedo": [0.12, 0.24, 0.33], "alpha": 0.2, "ior": 1.5}
+METAL = {"model": "ggx_conductor", "eta": [0.2, 0.92, 1.1], "k": [3.9, 2.45, 2.2]}
 RAW = {"mosaic": "rggb", "electrons": 3e7, "dn_per_electron": 0.3, "full_well": 45000, "read_noise": 3, "black_level": 512,
        "adc_max": 14000, "channel_gain": [0.55, 1, 0.7]}
 SECOND_LAMP = {"lights": [{"name": "left", "azimuth_deg": 250, "elevation_deg": 35, "distance": 600},
@@ -35,8 +36,7 @@ MATRIX = {
     "glossy": ({"sample.material": dict(PLASTIC, alpha=0.08)}, 0.05, 0.5, 0.7, 2.5),
     "glossy, soft lens": ({"sample.material": dict(PLASTIC, alpha=0.08), "camera.blur_px": 0.8}, 0.06, 0.5, 0.8, 3),
     "gaussian gloss": ({"sample.material": dict(PLASTIC, model="beckmann")}, 0.05, 0.5, 0.7, 2.5),
-    "metal": ({"sample.material": {"model": "ggx_conductor", "eta": [0.2, 0.92, 1.1], "k": [3.9, 2.45, 2.2],
-                                   "alpha": 0.3}}, 0.05, 0.5, 0.7, 2.5),
+    "metal": ({"sample.material": dict(METAL, alpha=0.3)}, 0.05, 0.5, 0.7, 2.5),
     "two lamps": (SECOND_LAMP, 0.05, 0.5, 0.7, 2.5),
     "bulb": ({"lights": [{"name": "bulb", "azimuth_deg": 272, "elevation_deg": 30, "distance": 600, "radius": 6}]},
              0.05, 0.5, 0.7, 2.5),
@@ -46,6 +46,8 @@ MATRIX = {
     "lit board": ({"bounces": 1}, 0.05, 0.6, 0.8, 3),
     "lit board, flash": ({"bounces": 1, "lights": [{"name": "flash", "on_camera": True, "position": [95, -40, 10]}]},
                          0.05, 0.6, 0.8, 3),
+    "mirror-like, lit board": ({"bounces": 2, "sample.material": dict(PLASTIC, alpha=0.03)}, 0.05, 0.4, 0.8, 3),
+    "mirror-like metal, lit board": ({"bounces": 2, "sample.material": dict(METAL, alpha=0.03)}, 0.3, 0.4, 0.8, 3),
     "cylinder": ({"sample": dict(CYLINDER, material=PLASTIC)}, 0.05, 0.5, 0.7, 2.5),
     "mesh": ({"sample": dict(VASE, material=PLASTIC)}, 0.05, 0.6, 0.8, 3),
     "raw": ({"sensor": RAW, "files": "dng"}, 0.1, 0.5, 0.8, 3.5),
@@ -131,20 +133,20 @@ def main():
     goniocam, project, *names = sys.argv[1:]
     scene = yaml.safe_load(open(os.path.join(project, "samples/tiny.yaml")))
     lowest, failed = elevations(), 0
-    print("%-22s %10s %8s %9s %7s %8s %6s" % ("", "centre mm", "lamp %", "median %", "95 %", "bins", "s"))
+    print("%-28s %10s %8s %9s %7s %8s %6s" % ("", "centre mm", "lamp %", "median %", "95 %", "bins", "s"))
     for name in names or MATRIX:
         changes, *limits = MATRIX[name]
         begin = time.monotonic()
         with tempfile.TemporaryDirectory() as folder:
             values, bins = trip(goniocam, project, changed(scene, changes), folder, lowest)
         if values is None:
-            print("%-22s %s  FAILED" % (name, bins))
+            print("%-28s %s  FAILED" % (name, bins))
             failed += 1
             continue
         bad = ["%g > %g" % (v, limit) for v, limit in zip(values, limits) if not v <= limit]
         bad += ["only %d bins" % bins] if bins < 3000 else []
         failed += bool(bad)
-        print("%-22s %10.3f %8.2f %9.2f %7.1f %8d %6.1f  %s" % (name, *values, bins, time.monotonic() - begin,
+        print("%-28s %10.3f %8.2f %9.2f %7.1f %8d %6.1f  %s" % (name, *values, bins, time.monotonic() - begin,
                                                               "FAILED: " + ", ".join(bad) if bad else ""), flush=True)
     sys.exit(1 if failed else 0)
 
