@@ -337,7 +337,8 @@ static enum status geometry_room(struct geometry *g, const int *kind, struct err
     memcpy(g->given, g->board.tag, (size_t)g->board.tags * sizeof *g->given);
     enum status status = STATUS_OK;
     for (int i = 0; i < g->made.cameras && !status; i++)
-        status = intrinsics_prior(g->prior + i, g->made.camera + i, &g->board, kind[i], err);
+        status = intrinsics_prior(g->prior + i, g->made.camera + i, &g->board, kind[i], g->out,
+                                  g->run, err);
     return status;
 }
 

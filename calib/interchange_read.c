@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 #include <yaml.h>
 
 // ---- a YAML tree
@@ -227,6 +228,18 @@ static enum status read_yaml(struct calibration *c, const char *path, struct err
     return ours ? cal_calibration_read(c, path, err) : STATUS_OK;
 }
 
+// A folder is what goniocam wrote, or COLMAP's model.
+static enum status read_folder(struct calibration *c, const char *path, struct error *err)
+{
+    char *own = cap_path(path, "calibration.yaml");
+    if (!own)
+        return cap_fail(err, STATUS_MEMORY, "%s", path);
+    enum status status = access(own, R_OK) == 0 ? cal_calibration_read(c, own, err)
+                                                : colmap_read_model(c, path, err);
+    free(own);
+    return status;
+}
+
 enum status cal_calibration_import(struct calibration *calibration, const char *path,
                                    struct error *err)
 {
@@ -237,7 +250,7 @@ enum status cal_calibration_import(struct calibration *calibration, const char *
     if (stat(path, &info) != 0)
         status = cap_fail(err, STATUS_IO, "%s: there is no such file or folder", path);
     else if (S_ISDIR(info.st_mode))
-        status = colmap_read_model(&c, path, err);
+        status = read_folder(&c, path, err);
     else if (dot && strcmp(dot, ".txt") == 0)
         status = colmap_read_cameras(&c, path, err);
     else

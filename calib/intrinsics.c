@@ -3,6 +3,7 @@
 #include "intrinsics.h"
 
 #include "interchange.h"
+#include "lens_capture.h"
 
 #include <string.h>
 
@@ -51,7 +52,8 @@ static void set_sigma(struct lens_prior *prior, const struct camera *m)
 }
 
 enum status intrinsics_prior(struct lens_prior *prior, struct camera *camera,
-                             const struct capture *capture, int kind, struct error *err)
+                             const struct capture *capture, int kind, const char *out,
+                             struct run *run, struct error *err)
 {
     int index = capture->camera[kind].given;
     *prior = intrinsics_unknown();
@@ -59,7 +61,9 @@ enum status intrinsics_prior(struct lens_prior *prior, struct camera *camera,
         return STATUS_OK;
     const struct camera_given *given = capture->given + index;
     struct calibration c = {0};
-    enum status status = cal_calibration_import(&c, given->file, err);
+    enum status status = lens_capture_is(given->file)
+                             ? lens_capture_calibrate(&c, given->file, out, run, err)
+                             : cal_calibration_import(&c, given->file, err);
     const struct camera *match = status ? NULL : intrinsics_match(&c, camera);
     if (!status && !match)
         status = cap_fail(err, STATUS_DATA,

@@ -7,10 +7,12 @@
 /** Nothing is known. */
 struct lens_prior intrinsics_unknown(void);
 /** What capture.yaml's `camera` tells of the camera of one kind: *camera receives the values of its
- *  file, and *prior says how far they are held; without a file nothing is known. STATUS_IO,
+ *  file, or of the capture that it names (calibrated into OUT/lens), and *prior says how far they
+ *  are held; without a file nothing is known. STATUS_IO,
  *  STATUS_FORMAT (what the file is not), STATUS_DATA (it holds no camera of this size). */
 enum status intrinsics_prior(struct lens_prior *prior, struct camera *camera,
-                             const struct capture *capture, int kind, struct error *err);
+                             const struct capture *capture, int kind, const char *out,
+                             struct run *run, struct error *err);
 /** The camera in a calibration that took photographs of that size: by name where several did. NULL:
  *  none. */
 const struct camera *intrinsics_match(const struct calibration *c, const struct camera *like);

@@ -134,10 +134,15 @@ def intrinsics(b, truth):
         yaml.safe_dump({"cam0": {"camera_model": "pinhole", "intrinsics": camera["focal"] + camera["center"],
                                  "distortion_model": "radtan", "distortion_coeffs": camera["distortion"][:4],
                                  "resolution": [640, 430], "rostopic": "/cam0"}}, f)
-    for file in ("lens.yml", "colmap/cameras.txt", "kalibr.yaml", "measured-out/calibration.yaml"):
+    for file in ("lens.yml", "colmap/cameras.txt", "kalibr.yaml", "measured-out/calibration.yaml", "measured-out"):
         found, _ = b.calibrate("given-" + file.replace("/", "-"), lambda c: c.update(camera={"intrinsics": b.at(file)}))
         check(file + ": focal length kept", np.abs(np.subtract(found["cameras"][0]["focal"], camera["focal"])).max(), 1e-9)
         check(file + ": cameras, mm", eyes_off(found, truth), 0.3)
+    found, _ = b.calibrate("given-by-capture", lambda c: c.update(camera={"intrinsics": b.at("measured")}))
+    check("a capture folder: focal length kept", abs(found["cameras"][0]["focal"][0] - camera["focal"][0]), 1e-9)
+    b.variant("chain", lambda c: c.update(camera={"intrinsics": b.at("given-by-capture")}))
+    code, _, said = b.run("calibrate", b.at("chain"), "-o", b.at("chain-out"))
+    check("a chain of captures is refused", (code != 1) + ("names another one" not in said), 0)
     code, _, _ = b.run("import-calibration", b.at("colmap"), "-o", b.at("imported.yaml"))
     imported = T.load(b.at("imported.yaml"))
     check("COLMAP's model read back: cameras, mm", eyes_off(imported, truth) if code == 0 else np.inf, 0.2)
