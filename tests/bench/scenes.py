@@ -42,13 +42,16 @@ MORE = {
     "mirror-like": {"sample.material": dict(GGX, alpha=0.03)},
     "mirror-like, lit board": {"sample.material": dict(GGX, alpha=0.03), "bounces": 1},
     "glossy, lit board": {"sample.material": dict(GGX, alpha=0.08), "bounces": 1},
+    "glossy, lit board, twice": {"sample.material": dict(GGX, alpha=0.08), "bounces": 2},
     "black": {"sample.material": dict(GGX, albedo=[0.01, 0.008, 0.012])},
     "black, lit board": {"sample.material": dict(GGX, albedo=[0.01, 0.008, 0.012]), "bounces": 1},
     "white, lit board": {"sample.material": {"model": "lambert", "albedo": [0.9, 0.85, 0.8]}, "bounces": 1},
+    "white, lit board, twice": {"sample.material": {"model": "lambert", "albedo": [0.9, 0.85, 0.8]}, "bounces": 2},
     "polished metal": {"sample.material": {"model": "ggx_conductor", "eta": [0.2, 0.92, 1.1], "k": [3.9, 2.45, 2.2],
                                            "alpha": 0.1}},
     "metal, lit board": {"sample.material": {"model": "ggx_conductor", "eta": [0.2, 0.92, 1.1], "k": [3.9, 2.45, 2.2],
                                              "alpha": 0.2}, "bounces": 1},
+    "metal, lit board, twice": {"sample.material": dict(M.METAL, alpha=0.2), "bounces": 2},
     "two lobes": {"sample.material": [dict(GGX, alpha=0.08, scale=0.5), dict(GGX, alpha=0.4)]},
     "velvet": {"sample.material": {"model": "disney", "base": [0.2, 0.05, 0.1], "metallic": 0, "roughness": 0.8, "specular": 0.2,
                                    "specular_tint": 0, "sheen": 1, "sheen_tint": 0.5, "subsurface": 0.6, "clearcoat": 0,
@@ -184,11 +187,11 @@ def main():
     parser.add_argument("--keep")
     parser.add_argument("names", nargs="*")
     a = parser.parse_args()
-    print("%-22s %s   bins    mm  lamp %%   s" % ("", "".join("  to %d deg: median 95 %% signed z " % b[1] for b in BANDS)))
+    print("%-28s %s   bins    mm  lamp %%   s" % ("", "".join("  to %d deg: median 95 %% signed z " % b[1] for b in BANDS)))
     for name, scene in scenes():
         if a.names and name not in a.names:
             continue
-        print("%-22s " % name, end="", flush=True)
+        print("%-28s " % name, end="", flush=True)
         with tempfile.TemporaryDirectory() as folder:
             if a.keep:
                 folder = os.path.join(a.keep, name.replace(" ", "-").replace(",", ""))
