@@ -6,11 +6,15 @@
  * worse. But the frames of a bracket are encoded one by one: by how much they disagree, in chi^2
  * over its degrees of freedom, is the block's own factor. Degrees of freedom that are few lean on
  * the picture's mean: PRIOR of them are added, with the factor 1. Detail that the encoder drops, it
- * drops in all frames alike: they are no better together than the best of them.
+ * drops in all frames alike: they are no better together than the best of them, and what they share
+ * does not show when they disagree. Beside edges two frames' errors have a correlation of about a
+ * half (0.3 to 0.6 on photographs of known radiance, next to none on smooth surfaces): what a block
+ * has more than smooth ones, SMOOTH, counts twice.
  */
 #include "blocks.h"
 
 static const double PRIOR = 4;
+static const double SMOOTH = 0.5;  // factor of blocks without edges
 
 void blocks_disagreement(float *chi2, float *freedom, float *variance, const float *value,
                          const struct merge_row *row, const float *const *dn, const double *time,
@@ -60,6 +64,7 @@ void blocks_apply(float *variance, const float *value, const float *chi2, const 
             int high = rows - top < BLOCK_SIDE ? rows - top : BLOCK_SIDE;
             size_t at = (size_t)top * line + left;
             double factor = factor_of(chi2 + at, freedom + at, line, columns, high);
+            factor += factor > SMOOTH ? factor - SMOOTH : 0;
             for (int y = 0; y < high; y++)
                 for (int x = 0; x < columns; x++) {
                     size_t i = at + (size_t)y * line + 3 * (size_t)x;
