@@ -201,6 +201,10 @@ def main():
         for name, what in materials.items():
             sources[name] = os.path.join(work, name + ".json")
             json.dump(what, open(sources[name], "w"))
+        for name in ("glossy", "bronze"):  # tables, which have a kink at every bin's middle
+            table = os.path.join(work, name + ".binary")
+            subprocess.check_call([goniocam, "export", sources[name], "--to", "merl", "-o", table, "--quiet"])
+            sources[name + "'s table"] = table
         for published in sys.argv[3:]:
             sources.update({n: "%s#sgd/%s" % (published, n) for n in json.load(open(published))["sgd"]})
         for name, source in sources.items():
