@@ -24,7 +24,8 @@ static bool is_image_name(const char *name)
 
 static bool is_selected(const struct capture_yaml_root *root, const char *name)
 {
-    if (name[0] == '.' || capture_yaml_matches(root->dark, root->darks, name)
+    if (name[0] == '.' || strcmp(name, "capture.yaml") == 0
+        || capture_yaml_matches(root->dark, root->darks, name)
         || capture_yaml_matches(root->flat, root->flats, name)
         || capture_yaml_matches(root->ambient, root->ambients, name))
         return false;

@@ -232,26 +232,37 @@ static void forget_shots(struct capture *capture)
         capture->photo[i].shot = -1;
 }
 
-/* Where no bracket was found, lamps or cameras may have taken turns. */
+/* Group anew, by shot_of[photos]. */
+static enum status regroup(struct capture *capture, const int *shot_of, const char *why,
+                           struct error *err)
+{
+    enum status status = STATUS_OK;
+    forget_shots(capture);
+    for (int i = 0; i < capture->photos && !status; i++) {
+        struct shot *shot = shot_of[i] < capture->shots
+                                ? &capture->shot[shot_of[i]]
+                                : begin_shot(capture, &capture->photo[i], why);
+        status = shot ? append(shot, capture, i, err)
+                      : cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
+    }
+    return status;
+}
+
+/* Where no bracket was found, lamps or cameras may have taken turns; else an exposure too many or
+ * too few may have shifted them. */
 static enum status take_turns(struct capture *capture, struct error *err)
 {
+    int brackets = 0;
     for (int k = 0; k < capture->shots; k++)
-        if (capture->shot[k].photos > 1)
-            return STATUS_OK;
+        brackets += capture->shot[k].photos > 1;
     int *shot_of = calloc((size_t)capture->photos, sizeof *shot_of);
     enum status status = STATUS_OK;
     if (!shot_of)
         return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
-    bool turns = shots_take_turns(shot_of, capture);
-    if (turns)
-        forget_shots(capture);
-    for (int i = 0; turns && i < capture->photos && !status; i++) {
-        struct shot *shot = shot_of[i] < capture->shots ? &capture->shot[shot_of[i]]
-                                                        : begin_shot(capture, &capture->photo[i],
-                                                                     "lamps or cameras take turns");
-        status = shot ? append(shot, capture, i, err)
-                      : cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
-    }
+    if (4 * brackets <= capture->shots && shots_take_turns(shot_of, capture))
+        status = regroup(capture, shot_of, "lamps or cameras take turns", err);
+    else if (shots_fall_back(shot_of, capture))
+        status = regroup(capture, shot_of, "the order of exposures begins anew", err);
     free(shot_of);
     return status;
 }

@@ -18,6 +18,8 @@ const char *shots_difference(const struct photo *a, const struct photo *b);
 bool shots_same_times(double a, double b);
 /** Did lamps or cameras take turns? Then shot_of[photos] holds shots, numbered as they begin. */
 bool shots_take_turns(int *shot_of, const struct capture *capture);
+/** Is there an exposure too many or too few, which shifts the brackets behind it? As above. */
+bool shots_fall_back(int *shot_of, const struct capture *capture);
 /** Warn of missing exposures, and of time stamps against the order of names. */
 void shots_warn(const struct capture *capture, struct run *run);
 #endif

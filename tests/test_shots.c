@@ -157,6 +157,18 @@ static void test_lamps_that_take_turns(void **state)
     expect_shots(&capture, &plain, "01234");
 }
 
+/* An exposure too many, then one too few, the first of its bracket: no shot is of two views. */
+static void test_brackets_behind_a_mishap_stay_whole(void **state)
+{
+    (void)state;
+    const double times[] = {1, 4, 16, 1, 4, 4, 16, 1, 4, 16, 4, 16, 1, 4, 16, 1, 4, 16};
+    struct capture capture = make_capture(times, sizeof times / sizeof *times);
+    expect_shots(&capture, &plain, "000111122233444555");
+    // Up and down is an order of its own.
+    capture = make_capture((const double[]){1, 4, 16, 16, 4, 1, 1, 4, 16}, 9);
+    expect_shots(&capture, &plain, "000111222");
+}
+
 static void test_missing_exposures_and_clocks_are_warned_of(void **state)
 {
     (void)state;
@@ -185,6 +197,7 @@ int main(void)
         cmocka_unit_test(test_a_repeated_time_begins_a_shot),
         cmocka_unit_test(test_an_unreadable_photograph_keeps_its_turn),
         cmocka_unit_test(test_lamps_that_take_turns),
+        cmocka_unit_test(test_brackets_behind_a_mishap_stay_whole),
         cmocka_unit_test(test_missing_exposures_and_clocks_are_warned_of),
         cmocka_unit_test(test_other_settings_begin_a_shot),
         cmocka_unit_test(test_shots_and_cameras_have_names),
