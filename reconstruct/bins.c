@@ -74,6 +74,7 @@ static void add_sums(struct bin_sums *to, const struct bin_sums *from)
     to->w_systematic += from->w_systematic;
     to->w_tilt += from->w_tilt;
     to->w_disc += from->w_disc;
+    to->ww += from->ww;
     to->w_back += from->w_back;
     for (int i = 0; i < 2; i++)
         to->w_spread[i] += from->w_spread[i];
@@ -190,6 +191,7 @@ static struct bin finish_bin(const struct bin_sums *s, struct grid grid, int ind
         .tilt = unfix(s->w_tilt) / w,
         .spread = {unfix(s->w_spread[0]) / w, unfix(s->w_spread[1]) / w},
         .disc = unfix(s->w_disc) / w,
+        .alone = fmin(1, unfix(s->ww) / (w * w)),
     };
     for (int c = 0; c < 3; c++)
         if (weight_of(s, c) > 0)

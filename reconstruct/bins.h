@@ -11,6 +11,7 @@ struct bin_sums {
     int64_t count;
     fixed128 w, w_f[3], w_ff[3], w_angle[3];  // the weight, times f, f^2, folded angles
     fixed128 ww_noise[3];                     // weight^2 times the variance of f
+    fixed128 ww;                              // of each shot's weight, squared
     fixed128 w_systematic, w_tilt, w_spread[2], w_disc, w_bounced[3];
     fixed128 w_back, w_f_back[3], ww_noise_back[3];  // samples with phi_d < 0 before it was folded
     fixed128 own_w[3], own_w_angle[3][3];  // of w, w_angle: samples of one channel (a mosaic's)

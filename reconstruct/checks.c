@@ -78,10 +78,10 @@ enum status rec_checks(struct checks *k, const struct bins *bins, const struct c
     return rec_albedos(k->albedo, ALBEDO_ANGLES, table, state, bins, fit_error, err);
 }
 
-// Larger than 2 % and than what chance makes of nothing.
+// Larger than 2 % and than what chance makes of nothing: rms^2 / sigma^2 is a normal deviate's z.
 static bool uneven(const unevenness *u)
 {
-    return u->cells > 0 && u->rms > 0.02 && u->rms > 4 * u->sigma;
+    return u->cells > 0 && u->rms > 0.02 && square(u->rms) > 4 * square(u->sigma);
 }
 
 void rec_checks_warn(const struct checks *k, struct run *run)

@@ -158,9 +158,11 @@ static void hear_all(struct consensus *to, struct hearing *w, int threads)
             own->z[c] = heard ? own->z[c] : NAN;
             to->say[i].middle[c] = heard ? middle[c] : NAN;
             to->say[i].scale[c] = 1;
+            to->say[i].own[c] = own->q[c];
             to->say[i].fitted[c] = NAN;
             to->say[i].rest[c] = (float)sqrt(fmax(0, square(b->sigma[c]) - square(b->noise[c])));
         }
+        to->say[i].others = (float)(1 - b->alone);
         if (heard && b->count >= many)
             expand(&to->say[i], b, to->fit);
     }
@@ -280,23 +282,26 @@ static bool fitted_at(const struct consensus *consensus, const struct say *say, 
 }
 
 bool rec_consensus_allows(const struct consensus *consensus, int bin, const candidate *m,
-                          double *residual)
+                          double *residual, double *others)
 {
     const int channels = m->channel < 0 ? 3 : 1;
     const struct say *say = consensus->slot[bin] ? &consensus->say[consensus->slot[bin] - 1] : NULL;
     double fitted[3];
     bool allowed = true;
     *residual = NAN;
+    *others = 0;
     if (!say || isnan(say->middle[0]) || !fitted_at(consensus, say, m, fitted))
         return true;
     *residual = 0;
+    *others = (double)say->others;
     for (int k = 0; k < channels; k++) {
         int c = m->channel < 0 ? k : m->channel;
         double due = (fitted[c] + dark) * (1 + (double)say->middle[c]) - dark;
         double rest = (double)say->rest[c], scale = (double)say->scale[c];
         double far = square(too_far * scale) * (m->noise[c] + square(rest));
         allowed = allowed && square(m->f[c] - due) <= far;
-        *residual += (m->f[c] - due) / (due + dark) / channels;
+        double mean = (fitted[c] + dark) * (1 + (double)say->own[c]);
+        *residual += ((m->f[c] + dark) / mean - 1) / channels;
     }
     return allowed;
 }

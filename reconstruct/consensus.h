@@ -10,6 +10,8 @@ struct say {
     float middle[3];  // (f + e)/(fit + e), less 1; NAN: too few
     float scale[3];   // real scatter over what sigma predicts, >= 1
     float rest[3];    // 1 sigma of f besides noise, 1/sr
+    float own[3];     // the bin's own (f + e)/(fit + e), less 1
+    float others;     // what part of the bin is not one shot's own: 0 of one shot's, to 1 of many's
     // The fit about the bin's centroid, in a bin of many samples; fitted[0] NAN: not expanded.
     float at[3], fitted[3], slope[3][3], bend[3];  // theta_h, theta_d, phi_d; bend: of theta_h
 };
@@ -36,10 +38,10 @@ enum status rec_consensus_make(struct consensus *consensus, const struct bins *b
                                const struct fit *fit, struct run *run, struct error *err);
 void rec_consensus_free(struct consensus *consensus);
 
-/** Is what was measured in a bin what its neighbours allow? *residual: f over what they say, less
- *  1, mean of its channels; NAN: they say nothing. */
+/** Is what was measured in a bin what its neighbours allow? *residual: f over the bin's own,
+ *  less 1, mean of its channels, of which it shows the part *others; NAN: they say nothing. */
 bool rec_consensus_allows(const struct consensus *consensus, int bin, const candidate *m,
-                          double *residual);
+                          double *residual, double *others);
 
 /** Multiply the sigmas of bins, of any grid, by the scale of their neighbourhood (R. T. Birge, "The
  *  calculation of errors by the method of least squares", Physical Review 40, 1932: locally). */

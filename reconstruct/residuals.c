@@ -1,12 +1,17 @@
 /* residuals.c -- residuals of photosites in cells of the sample.
  *
- * Method.   A shot's mean in a cell is one observation, for what is wrong with a shot its
+ * Method.   A photosite is compared with the mean of its bin, to which other shots contribute what
+ *           they saw at other places under the same angles. Its own shot is part of that mean: the
+ *           difference is the part `others` of what it would be beside the others alone; a cell's
+ *           value is the least squares solution. No model of f is asked.
+ *           A shot's mean in a cell is one observation, for what is wrong with a shot its
  * photosites share; the scatter between shots gives the error of a cell's mean. The variance of the
  *           means less the mean of their squared errors is the variance between places.
  */
 #include "residuals.h"
 
 enum { WELL = 30, SHOTS_MIN = 3 };
+static const double SOME = 0.2;  // of a bin, below which others hardly tell
 static const double unit = 0x1p30;
 
 static double square(double x)
@@ -55,15 +60,15 @@ void rec_residual_add(struct shot_residuals *shot, const reflectance_sample *s,
                       const struct sample *sample)
 {
     vec3 frame[3];
-    if (isnan(s->residual))
+    if (isnan(s->residual) || s->others < SOME)
         return;
     body_frame(sample, frame);
     int cell[2] = {place_cell(s, sample, frame), grain_cell(s, frame)};
     for (int k = 0; k < 2; k++)
         if (cell[k] >= 0) {
             int at = cell[k] + k * PLACE_CELLS;
-            shot->sum[at] += s->weight * s->residual;
-            shot->weight[at] += s->weight;
+            shot->sum[at] += s->weight * s->others * s->residual;
+            shot->weight[at] += s->weight * s->others * s->others;
             shot->count[at]++;
         }
 }

@@ -1,5 +1,6 @@
-/* residuals.h -- what photosites differ from their neighbours by, against where they are on the
- * sample and how its surface lies: an even material without grain shows nothing. */
+/* residuals.h -- what photosites differ from what other shots saw under the same angles, against
+ * where they are on the sample and how its surface lies: an even material without grain shows
+ * nothing. */
 #ifndef GONIOCAM_RESIDUALS_H
 #define GONIOCAM_RESIDUALS_H
 

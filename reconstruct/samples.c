@@ -238,12 +238,13 @@ static void find_strays(struct strip *s, const struct consensus *consensus)
 {
     for (int i = 0; i < LANES; i++) {
         s->residual[i] = NAN;
+        s->others[i] = 0;
         if (s->fate[i] == FATE_USED && consensus) {
             candidate m = {{s->theta_h[i], s->theta_d[i], s->phi_d[i]},
                            s->channel[i],
                            {s->f[0][i], s->f[1][i], s->f[2][i]},
                            {s->noise[0][i], s->noise[1][i], s->noise[2][i]}};
-            if (!rec_consensus_allows(consensus, s->bin[i], &m, &s->residual[i]))
+            if (!rec_consensus_allows(consensus, s->bin[i], &m, &s->residual[i], &s->others[i]))
                 s->fate[i] = FATE_STRAY;
         }
     }
@@ -278,6 +279,7 @@ reflectance_sample rec_strip_sample(const struct strip *s, int i)
         .wi = rec_lane(&s->wi, i),
         .wo = rec_lane(&s->wo, i),
         .residual = s->residual[i],
+        .others = s->others[i],
     };
     for (int c = 0; c < 3; c++) {
         bool measured = a.channel < 0 || a.channel == c;

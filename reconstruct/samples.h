@@ -38,7 +38,8 @@ typedef struct {
     double weight;      // (0, 1]; no function of this photosite's own noise
     double bounced[3];  // light that the lit board brought, taken out of f: over what is left
     vec3 point, normal, wi, wo;  // in the world
-    double residual;             // f over what its neighbours say, less 1; NAN: they say nothing
+    double residual;             // f over its bin's mean, less 1; NAN: nothing is known there
+    double others;               // what part of the bin is other shots', which residual shows
 } reflectance_sample;
 
 /** All that a photosite needs to know of its shot. Borrows everything. */

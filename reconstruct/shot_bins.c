@@ -158,7 +158,8 @@ static struct bin_sums exact(const struct shot_sums *s)
                          .w = rec_fix(s->term[T_W]),
                          .w_systematic = rec_fix(s->term[T_SYSTEMATIC]),
                          .w_tilt = rec_fix(s->term[T_TILT]),
-                         .w_disc = rec_fix(s->term[T_DISC])};
+                         .w_disc = rec_fix(s->term[T_DISC]),
+                         .ww = rec_fix(s->term[T_W] * s->term[T_W])};
     b.w_back = s->plane % 2 ? b.w : 0;
     for (int i = 0; i < 2; i++)
         b.w_spread[i] = rec_fix(s->term[T_SPREAD + i]);

@@ -30,7 +30,7 @@ struct strip {
     bool lends[LANES];
     double f[3][LANES], noise[3][LANES], bounced[3][LANES];
     double doubt[LANES];  // 1 sigma of the photosite's bounced light, a part of it
-    double weight[LANES], residual[LANES];
+    double weight[LANES], residual[LANES], others[LANES];
 };
 
 /** Lanes of a strip that are still in use. */

@@ -244,6 +244,12 @@ static void read_sphere_or_cylinder(struct sample_place *place, struct doc *doc,
     }
 }
 
+static void read_flaws(struct flaws *flaws, struct doc *doc, doc_node node)
+{
+    flaws->spots = sam_doc_number(doc, node, "spots", 0, 0, 1);
+    flaws->grain = sam_doc_number(doc, node, "grain", 0, 0, 1);
+}
+
 static void read_sample(struct scene_sample *sample, struct doc *doc, doc_node node)
 {
     struct sample_place *place = &sample->place;
@@ -262,6 +268,7 @@ static void read_sample(struct scene_sample *sample, struct doc *doc, doc_node n
     sample->nominal = *place;
     sample->nominal.center = sam_doc_vec3(doc, node, "nominal_center", place->center);
     sam_read_material(&sample->material, doc, sam_doc_need(doc, node, "material"), false);
+    read_flaws(&sample->flaws, doc, sam_doc_get(doc, node, "flaws"));
 }
 
 // ---- the whole

@@ -7,6 +7,7 @@
 
 #include "calib.h"
 #include "things.h"
+#include "flaws.h"
 
 #include <string.h>
 
@@ -71,6 +72,7 @@ struct scene_sample {
     struct sample_place place;    // where it is; of a mesh, a ball about it
     struct sample_place nominal;  // where capture.yaml says it is
     struct material material;
+    struct flaws flaws;
     struct mesh *mesh;  // NULL for other shapes
     char *file;         // of the mesh: its path; owned
     pose world_from_file;

@@ -73,6 +73,12 @@ void sam_reflectance(const struct world *world, const struct spot *spot, vec3 wi
     sam_frame(z, &x, &y);
     sam_material_eval(material, (vec3){vec3_dot(wi, x), vec3_dot(wi, y), vec3_dot(wi, z)},
                       (vec3){vec3_dot(wo, x), vec3_dot(wo, y), vec3_dot(wo, z)}, f);
+    const struct scene_sample *sample = &world->scene->sample;
+    double flawed = spot->matter == MATTER_SAMPLE
+                        ? sam_flawed(&sample->flaws, &sample->place, spot->point, z, wi, wo)
+                        : 1;
+    for (int c = 0; c < 3; c++)
+        f[c] *= flawed;
 }
 
 void sam_shade(const struct shot_view *view, const struct spot *spot, enum lit lit, vec3 wo,

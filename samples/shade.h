@@ -33,7 +33,7 @@ void sam_ambient_add(const struct shot_view *view, const struct spot *spot, vec3
 enum lit { LIT_NOT, LIT_PARTLY, LIT_FULLY };
 
 struct shot_view sam_shot_view(const struct world *world, const struct scene_shot *shot);
-/** f of a spot. What is matt is albedo/pi; materials are isotropic. */
+/** f of a spot. What is matt is albedo/pi; materials are isotropic, but for the sample's flaws. */
 void sam_reflectance(const struct world *world, const struct spot *spot, vec3 wi, vec3 wo,
                      double f[3]);
 enum lit sam_lit(const struct shot_view *view, const struct spot *spot, vec3 wo);

@@ -31,6 +31,7 @@ set_tests_properties(whole/identical whole/mpi PROPERTIES LABELS slow)  # not un
 script_test(infinity)
 script_test(samples_file)
 script_test(bulb)
+script_test(flaws)
 
 add_executable(bench_samples bench/bench_samples.c)
 target_include_directories(bench_samples PRIVATE ${PROJECT_SOURCE_DIR}/reconstruct)

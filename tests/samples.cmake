@@ -2,7 +2,7 @@ pkg_check_modules(LIBRAW REQUIRED IMPORTED_TARGET libraw_r)
 
 foreach(module shapes random pixel place tags light bounce film optics expose tiff_write dng_write
                jpeg_write scene render reflectance sampling material
-               things mesh png_write goniometer)
+               things mesh png_write goniometer flaws)
     brdf_test(samples ${module})
 endforeach()
 target_include_directories(test_reflectance PRIVATE ${PROJECT_SOURCE_DIR}/reconstruct)

@@ -24,7 +24,7 @@ static double gauss(int i)
 // A photosite with a random normal, wi = the normal, and wo anywhere above.
 static reflectance_sample photosite(int i)
 {
-    reflectance_sample s = {.normal = somewhere(i, 1), .weight = 0.5};
+    reflectance_sample s = {.normal = somewhere(i, 1), .weight = 0.5, .others = 1};
     s.point = vec3_add(ball.center, vec3_scale(s.normal, ball.radius));
     s.wi = s.normal;
     s.wo = somewhere(i, 3);
@@ -86,6 +86,27 @@ static void test_a_stain_is_found_in_size(void **state)
     assert_true(place.chi2 > 100);
     // Within a cell of azimuth both signs meet.
     assert_true(rec_unevenness(r.grain, GRAIN_CELLS).rms < 0.003);
+}
+
+// Where half of a bin is the photosite's own shot, it differs from the bin's mean by half as much,
+// and where the bin is all its own it tells nothing.
+static void test_a_stain_is_found_among_few_shots(void **state)
+{
+    (void)state;
+    struct residuals all = {0};
+    for (int shot = 0; shot < SHOTS; shot++) {
+        struct shot_residuals one;
+        memset(&one, 0, sizeof one);
+        for (int k = 0; k < PHOTOSITES; k++) {
+            int i = shot * PHOTOSITES + k;
+            reflectance_sample s = photosite(i);
+            s.others = i % 3 ? 0.5 : 0;
+            s.residual = i % 3 ? 0.1 * gauss(i) + 0.5 * stain(&s) : 100;
+            rec_residual_add(&one, &s, &ball);
+        }
+        rec_residuals_end_shot(&all, &one);
+    }
+    assert_near(rec_unevenness(all.place, PLACE_CELLS).rms, 0.05, 0.002);
 }
 
 static double brushed(const reflectance_sample *s)
@@ -185,6 +206,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_an_even_sample_is_even),
         cmocka_unit_test(test_a_stain_is_found_in_size),
+        cmocka_unit_test(test_a_stain_is_found_among_few_shots),
         cmocka_unit_test(test_a_grain_is_found_in_size),
         cmocka_unit_test(test_shots_in_any_order),
         cmocka_unit_test(test_numbers_of_made_bins),

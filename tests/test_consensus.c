@@ -74,12 +74,14 @@ static void test_what_strays(void **state)
     const double brighter[] = {0.45, 0.3, 0.15, 0.3, 1.5};
     struct fit truth = fit_of("ggx", plastic), fit = fit_of("ggx", brighter);
     struct bins bins = made_bins(truth.model, plastic, STRIDE, 0.02);
+    for (int i = 0; i < bins.count; i++)
+        bins.bin[i].alone = 0.75;
     struct consensus c = consensus_of(&bins, &fit);
     int kept = 0, doubled = 0, halved = 0, asked = 0;
     for (int i = 0; i < bins.count; i += 97) {
         const struct bin *b = &bins.bin[i];
         candidate a = {.angles = b->centroid, .channel = -1}, twice, half;
-        double residual;
+        double residual, others;
         vec3 wi, wo;
         if (isnan(c.say[i].middle[0]))
             continue;
@@ -93,13 +95,14 @@ static void test_what_strays(void **state)
             half.f[k] /= 2;
         }
         a.f[1] *= 1.06;
-        kept += rec_consensus_allows(&c, b->index, &a, &residual);
+        kept += rec_consensus_allows(&c, b->index, &a, &residual, &others);
+        assert_near(others, 0.25, 1e-6);
         assert_near(residual, 0.02, 0.05);  // 0.06 in one of three, and the neighbours' own noise
-        doubled += rec_consensus_allows(&c, b->index, &twice, &residual);
+        doubled += rec_consensus_allows(&c, b->index, &twice, &residual, &others);
         assert_near(residual, 1, 0.1);
         half.channel = 2;  // a photosite of a mosaic: the others do not count
         half.f[0] = half.f[1] = 0;
-        halved += rec_consensus_allows(&c, b->index, &half, &residual);
+        halved += rec_consensus_allows(&c, b->index, &half, &residual, &others);
         assert_near(residual, -0.5, 0.05);
         asked++;
     }
@@ -139,8 +142,8 @@ static void test_lonely_bins_are_left_alone(void **state)
     struct consensus c = consensus_of(&bins, &fit);
     const struct bin *b = &bins.bin[0];
     candidate a = {.angles = b->centroid, .channel = -1, .f = {1e3, 1e3, 1e3}};
-    double residual;
-    assert_true(rec_consensus_allows(&c, b->index, &a, &residual));
+    double residual, others;
+    assert_true(rec_consensus_allows(&c, b->index, &a, &residual, &others));
     assert_true(isnan(residual));
     assert_near(mean_scale(&c, &bins), 1, 0);
     rec_consensus_free(&c);

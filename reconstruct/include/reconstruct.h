@@ -36,6 +36,7 @@ struct bin {
     double systematic;        // relative: the part of sigma that is shared, at fixed angles
     double tilt;              // 1 sigma of theta_h
     double spread[2];  // variance of the normal over a photosite, towards h and across it, rad^2
+    double alone;      // 1 over the number of shots (and sides of phi_d) that share in it: 1 to 0
     double disc;       // variance of wi over the lamp's disc, each way, rad^2
 };
 
