@@ -6,20 +6,22 @@
  *           by the root of theta_h as the table is and by the azimuth from wi, which is the same
  *           on both sides of it. A cell is drawn as often as f cos_o 4 (wi.h) summed over it says,
  *           and within it all directions are alike. Between two angles of light their cells are
- *           mixed. A twentieth of all is a cosine lobe, so that the density is above 0 wherever f
- *           may be. The idea of cells of h is J. Lawrence, S. Rusinkiewicz, R. Ramamoorthi,
- *           SIGGRAPH 2004.
+ *           mixed. What f is at least is a matt body, and goes to a cosine lobe; the cells take
+ * what is above it. A twentieth of all is a cosine lobe anyway, so that the density is above 0
+ *           wherever f may be. The idea of cells of h is J. Lawrence, S. Rusinkiewicz, R.
+ * Ramamoorthi, SIGGRAPH 2004.
  */
 #include "sampler.h"
 
 #include <stdlib.h>
 
-enum { LIGHTS = 46, H = MERL_THETA_H, PHI = 32, CELLS = H * PHI, FINE = 3 };
+enum { LIGHTS = 46, H = 2 * MERL_THETA_H, PHI = 32, CELLS = H * PHI, FINE_H = 2, FINE_PHI = 3 };
 
-static const double cosine_part = 0.05;
+static const double least_cosine = 0.05;
 
 struct sampler {
     double cos_h[H + 1];             // the cells' borders
+    double cosine[LIGHTS];           // the cosine lobe's share
     float cumulated[LIGHTS][CELLS];  // up to and with a cell; the last is 1, or all are 0
     float density[LIGHTS][CELLS];    // of h over solid angle
 };
@@ -43,16 +45,21 @@ static vec3 half_at(double cos_h, double phi)
     return (vec3){sine * cos(phi), sine * sin(phi), cos_h};
 }
 
-// f cos_o 4 (wi.h), the mean of channels and of places in a cell of each side of wi.
+// Of the places in a cell, on each side of wi: means of cos_o 4 (wi.h), and of that times f, which
+// is the mean of the channels.
+struct cell {
+    double plain, weight;
+};
+
 static void weigh_ring(const struct sampler *s, const struct lookup *lookup, vec3 wi, int ring,
-                       double weight[PHI])
+                       struct cell cell[PHI])
 {
-    enum { EACH = FINE * FINE * 2, ALL = PHI * EACH };
+    enum { EACH = FINE_H * FINE_PHI * 2, ALL = PHI * EACH };
     vec3 in[ALL], out[ALL];
     double jacobian[ALL], f[ALL][3];
     for (int i = 0; i < ALL; i++) {
-        int j = i / 2 % FINE, k = i / 2 / FINE % FINE, cell = i / EACH;
-        double down = (j + 0.5) / FINE, phi = CAP_PI * (cell + (k + 0.5) / FINE) / PHI;
+        int j = i / 2 % FINE_H, k = i / 2 / FINE_H % FINE_PHI, p = i / EACH;
+        double down = (j + 0.5) / FINE_H, phi = CAP_PI * (p + (k + 0.5) / FINE_PHI) / PHI;
         double cos_h = s->cos_h[ring] + down * (s->cos_h[ring + 1] - s->cos_h[ring]);
         vec3 h = half_at(cos_h, i % 2 ? -phi : phi);
         in[i] = wi;
@@ -60,37 +67,57 @@ static void weigh_ring(const struct sampler *s, const struct lookup *lookup, vec
         jacobian[i] = 4 * fmax(0, vec3_dot(wi, h)) * fmax(0, out[i].z);
     }
     rec_lookup_eval(lookup, in, out, f, ALL);
-    for (int cell = 0; cell < PHI; cell++)
-        weight[cell] = 0;
-    for (int i = 0; i < ALL; i++)
-        weight[i / EACH] += jacobian[i] * (f[i][0] + f[i][1] + f[i][2]) / (3 * EACH);
+    for (int p = 0; p < PHI; p++)
+        cell[p] = (struct cell){0, 0};
+    for (int i = 0; i < ALL; i++) {
+        cell[i / EACH].plain += jacobian[i] / EACH;
+        cell[i / EACH].weight += jacobian[i] * (f[i][0] + f[i][1] + f[i][2]) / (3 * EACH);
+    }
+}
+
+// What f is at least, as far as it matters: where little light goes a table may say anything.
+static double floor_of(struct cell cell[H][PHI])
+{
+    const double matters = 0.1;
+    double least = INFINITY;
+    for (int h = 0; h < H; h++)
+        for (int p = 0; p < PHI; p++)
+            if (cell[h][p].plain > matters)
+                least = fmin(least, cell[h][p].weight / cell[h][p].plain);
+    return isfinite(least) ? fmax(0, least) : 0;
+}
+
+// Solid angle of a cell of a ring, on both sides of wi.
+static double solid_of(const struct sampler *s, int ring)
+{
+    return 2 * CAP_PI / PHI * (s->cos_h[ring] - s->cos_h[ring + 1]);
 }
 
 static void fill(struct sampler *s, const struct lookup *lookup, int light)
 {
-    double theta = angle_of(light), weight[H][PHI], sum = 0;
+    struct cell cell[H][PHI];
+    double theta = angle_of(light), sum = 0, up_to = 0;
     vec3 wi = {sin(theta), 0, cos(theta)};
-    for (int h = 0; h < H; h++) {
-        double solid = 2 * CAP_PI / PHI * (s->cos_h[h] - s->cos_h[h + 1]);  // of both sides
-        weigh_ring(s, lookup, wi, h, weight[h]);
-        for (int p = 0; p < PHI; p++)
-            sum += weight[h][p] * solid;
-    }
-    double up_to = 0;
-    for (int h = 0; h < H && sum > 0; h++) {
-        double solid = 2 * CAP_PI / PHI * (s->cos_h[h] - s->cos_h[h + 1]);
+    for (int h = 0; h < H; h++)
+        weigh_ring(s, lookup, wi, h, cell[h]);
+    double body = floor_of(cell);
+    for (int h = 0; h < H; h++)
         for (int p = 0; p < PHI; p++) {
-            up_to += weight[h][p] * solid / sum;
+            cell[h][p].weight = fmax(0, cell[h][p].weight - body * cell[h][p].plain);
+            sum += cell[h][p].weight * solid_of(s, h);
+        }
+    bool any = sum > 0 || body > 0;
+    s->cosine[light] = any ? fmax(least_cosine, CAP_PI * body / (CAP_PI * body + sum)) : 1;
+    for (int h = 0; h < H && sum > 0; h++)
+        for (int p = 0; p < PHI; p++) {
+            up_to += cell[h][p].weight * solid_of(s, h) / sum;
             s->cumulated[light][p + PHI * h] = (float)up_to;
         }
-    }
     // What is drawn with is the difference of two floats: the density says the same.
     float before = 0;
-    for (int cell = 0; cell < CELLS; cell++) {
-        int h = cell / PHI;
-        double solid = 2 * CAP_PI / PHI * (s->cos_h[h] - s->cos_h[h + 1]);
-        s->density[light][cell] = (float)((s->cumulated[light][cell] - before) / solid);
-        before = s->cumulated[light][cell];
+    for (int c = 0; c < CELLS; c++) {
+        s->density[light][c] = (float)((s->cumulated[light][c] - before) / solid_of(s, c / PHI));
+        before = s->cumulated[light][c];
     }
 }
 
@@ -151,11 +178,12 @@ double rec_sampler_draw(const struct sampler *s, vec3 wi, const double u[3], vec
     bool next = u[2] < share;
     double v = next ? u[2] / share : (u[2] - share) / (1 - share);
     const float *cumulated = s->cumulated[light + next];
-    if (pick < cosine_part || cumulated[CELLS - 1] <= 0) {
+    double cosine = s->cosine[light + next];
+    if (pick < cosine || cumulated[CELLS - 1] <= 0) {
         double phi = 2 * CAP_PI * u[1];
         *wo = half_at(sqrt(1 - v), phi);
     } else {
-        double among = (pick - cosine_part) / (1 - cosine_part) * cumulated[CELLS - 1];
+        double among = (pick - cosine) / (1 - cosine) * cumulated[CELLS - 1];
         int cell = cell_at(cumulated, among), ring = cell / PHI;
         double side = u[1] < 0.5 ? 1 : -1, on = u[1] < 0.5 ? 2 * u[1] : 2 * u[1] - 1;
         double cos_h = s->cos_h[ring] + v * (s->cos_h[ring + 1] - s->cos_h[ring]);
@@ -181,7 +209,7 @@ double rec_sampler_density(const struct sampler *s, vec3 wi, vec3 wo)
     for (int k = 0; k < 2; k++) {
         bool any = s->cumulated[light + k][CELLS - 1] > 0;
         double cosine = wo.z / CAP_PI, facets = s->density[light + k][cell] / (4 * vec3_dot(wi, h));
-        double part = any ? cosine_part : 1;
+        double part = any ? s->cosine[light + k] : 1;
         sum += (k ? share : 1 - share) * (part * cosine + (1 - part) * facets);
     }
     return sum;
