@@ -12,6 +12,7 @@
 
 static const double STRAY = 5, DISAGREE = 3;  // sigmas
 static const double SIGMA_MAX = 0.3;          // rad: a cue less sure than this tells nothing
+static const double MIRRORS = 0.3;            // reflectance face on: of metals
 static const double HARMLESS = 0.001;         // rad: 0.06 degrees cost half a per cent at 80
 
 const char *cal_cue_name(enum cue cue)
@@ -142,6 +143,13 @@ void cal_cues_compare(const struct lamp *lamp, struct run *run)
     }
 }
 
+/** What a sample shows of its surroundings, if it mirrors much, hides what the lamp does to it. */
+static bool mirrors(const struct surroundings *s)
+{
+    return s->strength > 0 && s->peak_unknown
+           && fmax(fmax(s->mirror[0], s->mirror[1]), s->mirror[2]) > MIRRORS;
+}
+
 enum status cal_cues(struct calibration *c, const struct capture *capture,
                      const struct facets *board, const struct facets *sample,
                      const struct seen_highlight *highlight, struct run *run, struct error *err)
@@ -153,7 +161,7 @@ enum status cal_cues(struct calibration *c, const struct capture *capture,
         enum status s = STATUS_OK;
         if (cue == CUE_BOARD)
             s = shading(c, capture, CUE_BOARD, board, NULL, &own);
-        else if (sample->count)
+        else if (sample->count && !mirrors(&c->surroundings))
             s = shading(c, capture, CUE_SAMPLE, NULL, sample, &own);
         if (s) {
 #pragma omp critical(cues_error)

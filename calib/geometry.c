@@ -125,7 +125,7 @@ static enum status first_calibration(struct geometry *g, struct error *err)
 // ---- tags that are not what capture.yaml says
 
 // A tag rejected in most of its views is not what capture.yaml says: name it, and drop it. (One or
-// two views may have it partly covered.)
+// two views may have it partly covered; and one that is in its place is no trouble.)
 static bool drop_misplaced(struct geometry *g)
 {
     struct sightings *list = &g->list;
@@ -141,6 +141,8 @@ static bool drop_misplaced(struct geometry *g)
             continue;
         char trouble[200];
         struct bundle bundle = bundle_of(g);
+        if (tag_in_place(&bundle, place))
+            continue;
         tag_trouble(&bundle, place, trouble, sizeof trouble);
         cap_warn(g->run, "tag %d %s (in %d of %d photographs): not used", g->board.tag[place].id,
                  trouble, rejected, seen);

@@ -11,6 +11,9 @@
 
 #include <string.h>
 
+// A sample's light on a tag, or its shadow beside one, moves corners by a few hundredths.
+static const double IN_PLACE_PX = 0.1;
+
 // A ray of a corner: from an eye in a unit direction, in the world.
 static void corner_ray(const struct bundle *b, const struct sighting *s, int k, vec3 *eye,
                        vec3 *direction)
@@ -102,6 +105,21 @@ static double side_px(const struct bundle *b, int place)
         n++;
     }
     return sum / fmax(n, 1);
+}
+
+bool tag_in_place(const struct bundle *b, int place)
+{
+    const struct tag_place *tag = b->capture->tag + place;
+    vec3 corner[4];
+    double rms;
+    if (!tag_locate(b, place, corner, &rms) || rms > IN_PLACE_PX)
+        return false;
+    for (int k = 0; k < 4; k++) {
+        double off = vec3_length(vec3_sub(corner[k], cap_tag_corner(tag, k)));
+        if (off * side_px(b, place) > IN_PLACE_PX * tag->size)
+            return false;
+    }
+    return true;
 }
 
 void tag_trouble(const struct bundle *b, int place, char *text, size_t room)

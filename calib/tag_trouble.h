@@ -9,6 +9,10 @@
  *  than two views show it, or they see it from one side only. */
 bool tag_locate(const struct bundle *bundle, int place, vec3 corner[4], double *rms_px);
 
+/** Is it where capture.yaml says, to a part of a pixel that light which is not even over it may
+ *  move its corners by? */
+bool tag_in_place(const struct bundle *bundle, int place);
+
 /** Say in words what is wrong with a tag that is rejected wherever it is seen: another size,
  * another place, turned, bent, or moved between the photographs. */
 void tag_trouble(const struct bundle *bundle, int place, char *text, size_t room);
