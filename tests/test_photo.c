@@ -379,6 +379,36 @@ static void test_a_picture_comes_back(void **state)
                      STATUS_IO);
 }
 
+/* A raw file that was read stays decoded for who opens it next, unless it has changed. */
+static void test_a_raw_file_is_kept(void **state)
+{
+    (void)state;
+    enum { W = 64, H = 48 };
+    static uint16_t mosaic[W * (H + 2)];
+    static float back[W * H];
+    char dng[sizeof path + 4];
+    struct photo_file *file = NULL, *again = NULL;
+    struct error err = {0};
+    for (int i = 0; i < W * (H + 2); i++)
+        mosaic[i] = (uint16_t)(200 + i);
+    snprintf(dng, sizeof dng, "%s.dng", path);
+    write_dng(dng, mosaic, W, H, 0.125);
+    assert_int_equal(photo_open(&file, dng, &err), STATUS_OK);
+    assert_int_equal(photo_read(file, back, H, &err), STATUS_OK);
+    photo_close(file);
+    assert_int_equal(photo_open(&again, dng, &err), STATUS_OK);
+    assert_ptr_equal(again, file);
+    assert_int_equal(photo_read(again, back, H, &err), STATUS_OK);
+    assert_same(back, mosaic, W * H);
+    photo_close(again);
+    write_dng(dng, mosaic, W, H + 2, 0.125);
+    assert_int_equal(photo_open(&file, dng, &err), STATUS_OK);
+    assert_int_equal(file->info.height, H + 2);
+    photo_close(file);
+    photo_forget();
+    remove(dng);
+}
+
 int main(void)
 {
     const struct CMUnitTest more[] = {
@@ -387,6 +417,7 @@ int main(void)
         cmocka_unit_test(test_a_picture_comes_back),
         cmocka_unit_test(test_exr_image),
         cmocka_unit_test(test_dng),
+        cmocka_unit_test(test_a_raw_file_is_kept),
         cmocka_unit_test(test_truncation_is_an_error),
         cmocka_unit_test(test_damage_is_an_error),
         cmocka_unit_test(test_what_is_no_photograph_is_refused),

@@ -12,11 +12,12 @@ lossless-JPEG DNG. For each kind it prints
   - milliseconds a megapixel-exposure, beside what copying as many bytes as are read and written takes in memory
   - the peak memory of merging one shot and --shots shots, in float images of the frame (asked: below 3, and the same)
 and of the deflate TIFF, per decade of radiance, the rms error over the Cramer-Rao bound, bias, and the shares within 1
-and 2 stated sigma. --others compares, each from the same TIFF files to its result, decoding included: goniocam merge
-(which estimates the sensor's levels and noise, and writes its map with variances), OpenCV's MergeDebevec and
-MergeRobertson (8 bits are all that they take; times and the linear response given) and pfshdrcalibrate (16 bits, linear
-response given; its result goes into a pipe), where they are installed: seconds, and the rms relative error where the
-longest frame holds 10^3 to 10^5 electrons, each program's own scale taken out by its median.
+and 2 stated sigma. --others compares, each from deflate TIFF files to its result, decoding included: goniocam merge
+(which estimates the sensor's levels and noise, and writes its map with variances); OpenCV's MergeDebevec and
+MergeRobertson (8 bits are all that they take; their result stays in memory) and pfshdrcalibrate (16 bits; its result
+goes into a pipe), where they are installed. Those know no black level: they get files it has been taken from, and the
+linear response and true times. Printed: seconds, and the rms relative error where the longest frame holds 10^4 to 10^6
+electrons, each program's own scale taken out by its median.
 """
 import argparse
 import os
@@ -153,9 +154,9 @@ def decades(value, variance):
 
 
 def error_of(value):
-    """rms relative error where the longest frame holds 10^3 to 10^5 electrons, but for the scale; value [..][W][3]."""
+    """rms relative error where the longest frame holds 10^4 to 10^6 electrons, but for the scale; value [..][W][3]."""
     rate = rate_row()
-    x = (rate * TIMES[-1] >= 1e3) & (rate * TIMES[-1] < 1e5)
+    x = (rate * TIMES[-1] >= 1e4) & (rate * TIMES[-1] < 1e6)
     ratio = value[:, x] / rate[x][None, :, None]
     return np.sqrt(np.mean((ratio / np.median(ratio) - 1) ** 2))
 
@@ -164,14 +165,24 @@ def tell(name, seconds, ours, error):
     print("  %-18s %8.2f s  %6.1f x ours  rms error %.4f" % (name, seconds, seconds / ours, error))
 
 
+def without_black(files, work):
+    """The same photographs from 0 to 65535."""
+    made = [os.path.join(work, "others_%d.tif" % k) for k in range(5)]
+    for f, to in zip(files, made):
+        if not os.path.exists(to):
+            dn = cv2.subtract(cv2.imread(f, -1), (BLACK,) * 4)
+            full = np.rint(dn * np.float32(65535 / (WHITE - BLACK))).astype(np.uint16)
+            cv2.imwrite(to, full, [cv2.IMWRITE_TIFF_COMPRESSION, 8])
+    return made
+
+
 def by_opencv(files, algorithm):
     """Reading, 8 bits, merging."""
     begin = time.monotonic()
     eight = []
     for f in files:
-        e = cv2.imread(f, -1)
-        eight.append(cv2.convertScaleAbs(cv2.subtract(e, (BLACK,) * 4), alpha=255.0 / (WHITE - BLACK)))
-    linear = np.repeat(np.arange(256, dtype=np.float32)[:, None, None], 3, 2) / 255
+        eight.append(cv2.convertScaleAbs(cv2.imread(f, -1), alpha=1 / 257))
+    linear = np.repeat(np.arange(256, dtype=np.float32)[:, None, None], 3, 2).clip(0.5) / 255  # it takes logarithms
     out = algorithm.process(eight, np.array(TIMES, np.float32), linear)
     return time.monotonic() - begin, out[::16]
 
@@ -201,7 +212,7 @@ def others(a, ours, value):
     print("  from the files to the result:")
     tell("goniocam merge", ours, ours, error_of(value))
     cv2.setNumThreads(a.threads)
-    files = make(a.work, "tiff", a.shots)
+    files = without_black(make(a.work, "tiff", a.shots), a.work)
     for name, algorithm in (("OpenCV Debevec", cv2.createMergeDebevec()), ("OpenCV Robertson", cv2.createMergeRobertson())):
         took, out = by_opencv(files, algorithm)
         tell(name, took, ours, error_of(out))
