@@ -228,6 +228,8 @@ static enum status split_cameras(struct geometry *g, struct error *err)
     return status ? status : adjust(g, BUNDLE_CHOOSE, err);
 }
 
+static const double center_part = 0.001;  // of the image: photographs fix a centre much better
+
 static enum status final_calibration(struct geometry *g, struct error *err)
 {
     enum status status = adjust(g, BUNDLE_CHOOSE, err);
@@ -245,6 +247,15 @@ static enum status final_calibration(struct geometry *g, struct error *err)
                      "camera %s: the focal length is uncertain by %.1f %%: take photographs that "
                      "see the board at a slant, from several sides",
                      camera->name, 100 * relative);
+        // What a constant slant leaves open, errors that all tags share decide: sigmas are small
+        // against those.
+        else if (fmax(camera->sigma_center[0], camera->sigma_center[1])
+                 > center_part * fmax(camera->width, camera->height))
+            cap_warn(g->run,
+                     "camera %s: the middle of its image is uncertain by %.1f px and more, since "
+                     "all photographs see the board at the same slant: add some from other heights "
+                     "or with the camera turned by 90 degrees, or give its `intrinsics`",
+                     camera->name, fmax(camera->sigma_center[0], camera->sigma_center[1]));
     }
     return status;
 }

@@ -38,33 +38,34 @@ class Bench:
         done = subprocess.run([self.goniocam, *args, "--quiet"], capture_output=True, text=True)
         return done.returncode, done.stdout, done.stderr
 
-    def render(self, project, name, focal_length):
+    def render(self, project, name, focal_length, shots=None):
         with open(os.path.join(project, "samples/tiny.yaml")) as f:
             scene = yaml.safe_load(f)
         scene["camera"]["focal_length"] = focal_length
         scene["exposures"] = [0.015625]
+        scene["shots"] = shots or scene["shots"]
         with open(self.at("scene.yaml"), "w") as f:
             yaml.safe_dump(scene, f)
         assert self.run("render", self.at("scene.yaml"), "-o", self.at(name))[0] == 0
 
-    def variant(self, name, change, also=()):
+    def variant(self, name, change, also=(), of="tiny"):
         """The photographs of `tiny` (and of other renderings, their names prefixed) under another capture.yaml."""
-        capture = T.load(self.at("tiny/capture.yaml"))
+        capture = T.load(self.at(of + "/capture.yaml"))
         for key in ("sample", "reference", "lights", "photos"):
             capture.pop(key, None)
         capture["noise"] = {"black": 128, "white": 4095, "gain": 12.5, "read_noise": 5}  # no brackets tell them
         change(capture)
         os.mkdir(self.at(name))
-        for source, prefix in [("tiny", ""), *also]:
+        for source, prefix in [(of, ""), *also]:
             for photo in os.listdir(self.at(source)):
                 if photo.endswith(".tif"):
                     os.link(self.at(source + "/" + photo), self.at(name + "/" + prefix + photo))
         with open(self.at(name + "/capture.yaml"), "w") as f:
             yaml.safe_dump(capture, f)
 
-    def calibrate(self, name, change, also=()):
+    def calibrate(self, name, change, also=(), of="tiny"):
         """-> calibration, what was said on stderr."""
-        self.variant(name, change, also)
+        self.variant(name, change, also, of)
         code, _, said = self.run("calibrate", self.at(name), "-o", self.at(name + "-out"))
         assert code == 0, said
         return T.load(self.at(name + "-out/calibration.yaml")), said
@@ -186,6 +187,14 @@ def zooms(b, project):
     check("not told by EXIF: said", "zoomed or focused anew" not in said, 0)
 
 
+def turntable(b, project):
+    print("a turntable before a tripod, from one height")
+    ring = {"count": 6, "turns": 1, "azimuth_deg": 285, "elevation_deg": [42, 42], "distance": 640, "target": [0, 0, 25]}
+    b.render(project, "turned", 50, [{"spiral": ring}])
+    _, said = b.calibrate("one-height", lambda c: None, of="turned")
+    check("what it leaves open is told", "at the same slant" not in said, 0)
+
+
 def main():
     goniocam, project = sys.argv[1:3]
     with tempfile.TemporaryDirectory() as folder:
@@ -196,6 +205,7 @@ def main():
         intrinsics(b, truth)
         checks(b)
         zooms(b, project)
+        turntable(b, project)
     return failed > 0
 
 
