@@ -21,4 +21,4 @@ endforeach()
 # The whole pipeline over shapes, materials, lamps and cameras: a minute, so not under sanitizers.
 script_test(room_light)
 script_test(round_trip_matrix)
-set_tests_properties(whole/round_trip_matrix PROPERTIES LABELS slow TIMEOUT 600)
+set_tests_properties(whole/round_trip_matrix PROPERTIES LABELS slow TIMEOUT 1500)
