@@ -6,6 +6,7 @@
 
 #include "axes.h"
 #include "reconstruct.h"
+#include "sphere.h"
 
 /** A BRDF to draw, and what is known of its errors. Owns all; {0} is empty;
  *  rec_plot_source_free(). */
@@ -101,8 +102,6 @@ void rec_plot_comparison(struct pen *pen, const struct plot_source *a, const str
  */
 struct picture rec_sphere_picture(const struct brdf *brdf, vec3 lamp, double exposure, int size,
                                   int margin, int threads);
-/** Where the lamp stands at first: 30 degrees off the view. */
-extern const vec3 rec_sphere_lamp;
 
 // ---- files
 

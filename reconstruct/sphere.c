@@ -24,15 +24,18 @@ bool rec_on_sphere(int x, int y)
     return at[0] * at[0] + at[1] * at[1] < 1;
 }
 
-// wi and wo in the frame of the normal at a place of the sphere, facing the viewer at +z.
-static void local(const double at[2], vec3 *wi, vec3 *wo)
+// From the upper left, 30 degrees off the view.
+const vec3 rec_sphere_lamp = {-0.4, 0.3, 0.86602540378443865};
+
+void rec_sphere_shade(const struct brdf *brdf, vec3 n, vec3 lamp, double radiance[3])
 {
-    const vec3 view = {0, 0, 1}, lamp = {-0.4, 0.3, 0.86602540378443865};
-    vec3 n = {at[0], at[1], sqrt(1 - at[0] * at[0] - at[1] * at[1])};
-    vec3 t = vec3_normalize(vec3_cross(n, fabs(n.x) < 0.7 ? (vec3){1, 0, 0} : (vec3){0, 1, 0}));
-    vec3 b = vec3_cross(n, t);
-    *wi = (vec3){vec3_dot(lamp, t), vec3_dot(lamp, b), vec3_dot(lamp, n)};
-    *wo = (vec3){vec3_dot(view, t), vec3_dot(view, b), vec3_dot(view, n)};
+    vec3 side = vec3_cross(n, fabs(n.x) < 0.7 ? (vec3){1, 0, 0} : (vec3){0, 1, 0});
+    vec3 t = vec3_normalize(side), b = vec3_cross(n, t);
+    vec3 wi = {vec3_dot(lamp, t), vec3_dot(lamp, b), vec3_dot(lamp, n)};
+    vec3 wo = {t.z, b.z, n.z};
+    rec_brdf_eval(brdf, wi, wo, radiance);
+    for (int c = 0; c < 3; c++)
+        radiance[c] *= CAP_PI * fmax(0, wi.z);
 }
 
 void rec_lit_sphere(float *rgb, const struct brdf *brdf, int threads)
@@ -41,14 +44,13 @@ void rec_lit_sphere(float *rgb, const struct brdf *brdf, int threads)
     for (int y = 0; y < SPHERE_SIZE; y++)
         for (int x = 0; x < SPHERE_SIZE; x++) {
             double at[2], f[3] = {0, 0, 0};
-            vec3 wi = {0, 0, 0}, wo = {0, 0, 0};
             on_square(x, y, at);
             if (rec_on_sphere(x, y)) {
-                local(at, &wi, &wo);
-                rec_brdf_eval(brdf, wi, wo, f);
+                vec3 n = {at[0], at[1], sqrt(1 - at[0] * at[0] - at[1] * at[1])};
+                rec_sphere_shade(brdf, n, rec_sphere_lamp, f);
             }
             for (int c = 0; c < 3; c++)
-                rgb[3 * (y * SPHERE_SIZE + x) + c] = (float)(CAP_PI * f[c] * fmax(0, wi.z));
+                rgb[3 * (y * SPHERE_SIZE + x) + c] = (float)f[c];
         }
 }
 

@@ -6,6 +6,12 @@
 
 enum { SPHERE_SIZE = 256 };
 
+/** Where the lamp stands. */
+extern const vec3 rec_sphere_lamp;
+/** Radiance of the point of a sphere whose normal is n, seen along -z under a lamp at infinity,
+ *  irradiance pi. */
+void rec_sphere_shade(const struct brdf *brdf, vec3 n, vec3 lamp, double radiance[3]);
+
 /** The sphere seen along -z from afar under a lamp at infinity 30 degrees off the view (to the
  * upper left), irradiance pi: linear rgb [SPHERE_SIZE][SPHERE_SIZE][3], 0 beside the sphere and
  * where the lamp does not shine. */
