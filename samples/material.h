@@ -10,8 +10,8 @@ enum { MATERIAL_PARTS = 4 };
 struct material_part {
     const struct model *model;
     double parameter[MODEL_PARAMETERS_MAX];
-    struct merl table;
-    double scale[3];  // f is multiplied by it
+    struct brdf table;  // of a table, prepared
+    double scale[3];    // f is multiplied by it
 };
 
 /** The sum of its parts, and of an ideal mirror. Owns the tables; {0} is black; release with
@@ -24,8 +24,8 @@ struct material {
 
 /** A material of one model. */
 struct material sam_material(const struct model *model, const double *parameters);
-/** f of the parts; the mirror is not in it. Requires wi.z > 0 and wo.z > 0. Between the middles of
- *  a table's bins f is linear in bin numbers; bins without a value are left out. */
+/** f of the parts; the mirror is not in it. Requires wi.z > 0 and wo.z > 0. Tables are
+ *  interpolated as everywhere (rec_brdf_eval). */
 void sam_material_eval(const struct material *material, vec3 wi, vec3 wo, double f[3]);
 bool sam_material_mirrors(const struct material *material);
 void sam_material_free(struct material *material);

@@ -41,7 +41,8 @@ static void read_table(struct material_part *part, struct doc *doc, doc_node nod
 {
     struct error why = {0};
     char *path = sam_doc_beside(doc, sam_doc_text(doc, node, "table", NULL));
-    if (!path || rec_merl_read(&part->table, path, &why))
+    if (!path || rec_merl_read(&part->table.table, path, &why)
+        || rec_brdf_prepare(&part->table, &why))
         sam_doc_wrong(doc, node, "table: %s", path ? why.text : "out of memory");
     free(path);
 }
@@ -78,8 +79,8 @@ static void read_one(struct material *material, struct doc *doc, doc_node node, 
     sam_doc_numbers(doc, node, "scale", part.scale, 3, true, 0, 1e6);
     if (material->parts == MATERIAL_PARTS) {
         sam_doc_wrong(doc, node, "material: a sum of at most %d", MATERIAL_PARTS);
-        rec_merl_free(&part.table);
-    } else if (part.model || part.table.value) {
+        rec_brdf_free(&part.table);
+    } else if (part.model || part.table.table.value) {
         material->part[material->parts++] = part;
     }
 }

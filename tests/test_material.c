@@ -53,7 +53,9 @@ static void test_table_of_a_model(void **state)
     (void)state;
     struct material model = sam_material(rec_model_find("ggx"), plastic);
     struct material table = {.parts = 1};
-    table.part[0] = (struct material_part){.table = table_of(&model), .scale = {1, 1, 1}};
+    table.part[0] =
+        (struct material_part){.table = {.table = table_of(&model)}, .scale = {1, 1, 1}};
+    assert_int_equal(rec_brdf_prepare(&table.part[0].table, NULL), STATUS_OK);
     double f[3], g[3];
     vec3 wi, wo;
     for (int bin = 0; bin < MERL_BINS; bin += 997) {
@@ -62,7 +64,7 @@ static void test_table_of_a_model(void **state)
         rec_directions(rec_merl_center(bin), &wi, &wo);
         sam_material_eval(&model, wi, wo, f);
         sam_material_eval(&table, wi, wo, g);
-        assert_near(g[1], f[1], 1e-9 * f[1]);
+        assert_near(g[1], f[1], 1e-6 * f[1]);  // tables are held in floats
     }
     for (int i = 0; i < 400; i++) {
         wi = direction(1.2 * (i % 20) / 20, 0);
@@ -71,7 +73,7 @@ static void test_table_of_a_model(void **state)
         sam_material_eval(&table, wi, wo, g);
         assert_near(g[1] / f[1], 1, 5e-3);  // half a bin's bend of a lobe of width 0.3
         sam_material_eval(&table, wo, wi, f);
-        assert_near(g[1], f[1], 1e-9 * f[1]);
+        assert_near(g[1], f[1], 1e-6 * f[1]);
     }
     sam_material_free(&table);
 }
@@ -166,7 +168,7 @@ static void test_table_from_a_file(void **state)
     rec_merl_free(&table);
     assert_int_equal(read_text(&m, "material: {table: t.binary, scale: 2}\n", false, &err), 0);
     sam_material_eval(&m, direction(0.3, 1), direction(1.1, 2), f);
-    assert_near(f[1], 2 * 0.25 / CAP_PI, 1e-12);
+    assert_near(f[1], 2 * 0.25 / CAP_PI, 1e-7);
     sam_material_free(&m);
 }
 
