@@ -122,13 +122,16 @@ static enum status judge(struct defects *d, const struct sights *s, const int *g
 static void measure_unequal(struct defects *d, const struct sights *s, const int *group)
 {
     for (int c = 0; c < 3; c++) {
-        double sum = 0, square = 0, count = 0, excess = 0, sites = 0;
+        double sum = 0, square = 0, count = 0, excess = 0, excess2 = 0, sites = 0;
         for (int k = 0; k < s->views; k++) {
             excess += s->excess[c][k];
+            excess2 += s->excess2[c][k];
             sites += s->smooth[c][k];
             for (int j = 0; j < k; j++)
-                if (group[j] != group[k]) {
-                    sum += s->product[c][j][k];
+                if (group[j] != group[k] && s->pairs[c][j][k] > 0) {
+                    // A scene that is bent the same way everywhere has means that are not 0.
+                    sum += s->product[c][j][k]
+                           - s->first[c][j][k] * s->second[c][j][k] / s->pairs[c][j][k];
                     square += s->product2[c][j][k];
                     count += s->pairs[c][j][k];
                 }
@@ -139,8 +142,8 @@ static void measure_unequal(struct defects *d, const struct sights *s, const int
         if (count >= ENOUGH) {
             d->told = true;  // also that it is nothing
             d->sites.relative[c] = mean > 4 * sigma ? sqrt(mean / scatter) : 0;
-        } else if (sites >= ENOUGH) {
-            d->sites.relative[c] = fmin(sqrt(fmax(excess / sites / scatter, 0)), USUAL_UNEQUAL);
+        } else if (sites >= ENOUGH && excess > 4 * sqrt(excess2)) {
+            d->sites.relative[c] = fmin(sqrt(excess / sites / scatter), USUAL_UNEQUAL);
         }
     }
 }

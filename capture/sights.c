@@ -252,8 +252,10 @@ static void add_residuals(struct sights *s, const struct reading *r, int top, si
                 continue;
             double x1 = (double)r->view[k].dn[i + (size_t)(top - r->view[k].first) * line];
             double signal = fmax((x1 - r->sensor->black[c]) / (1 + e), 1);
-            s->excess[c][k] +=
+            double more =
                 e * e - 9.0 / 8 * (read2 + signal / r->sensor->gain[c]) / (signal * signal);
+            s->excess[c][k] += more;
+            s->excess2[c][k] += more * more;
             s->smooth[c][k]++;
             for (int j = 0; j < k; j++) {
                 double product = (double)r->view[j].residual[i] * e;
@@ -261,6 +263,8 @@ static void add_residuals(struct sights *s, const struct reading *r, int top, si
                     continue;
                 s->product[c][j][k] += product;
                 s->product2[c][j][k] += product * product;
+                s->first[c][j][k] += (double)r->view[j].residual[i];
+                s->second[c][j][k] += e;
                 s->pairs[c][j][k]++;
             }
         }

@@ -26,10 +26,12 @@ struct sights {
     struct sight_count all[SIGHTS_MAX];
     double structure[SIGHTS_MAX][SIGHTS_MAX];  // products of the image's coarse structure
     // Of photosites in smooth light, relative to their neighbours' mean, by channel: products of
-    // views j < k, their squares and number; squares of one view that noise does not explain.
+    // views j < k, their squares and number; squares of one view that noise does not explain,
+    // their squares and number.
     double product[3][SIGHTS_MAX][SIGHTS_MAX], product2[3][SIGHTS_MAX][SIGHTS_MAX];
     double pairs[3][SIGHTS_MAX][SIGHTS_MAX];
-    double excess[3][SIGHTS_MAX], smooth[3][SIGHTS_MAX];
+    double first[3][SIGHTS_MAX][SIGHTS_MAX], second[3][SIGHTS_MAX][SIGHTS_MAX];  // sums of j, of k
+    double excess[3][SIGHTS_MAX], excess2[3][SIGHTS_MAX], smooth[3][SIGHTS_MAX];
 };
 
 /** Read the longest frames of up to SIGHTS_MAX shots of a camera. Of fewer than SIGHTS_LEAST shots
