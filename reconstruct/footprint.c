@@ -304,8 +304,10 @@ static bool begin(struct strip *s, struct pencil *p, struct ray_ends *center)
 // The ball that shines is a / r in sine: it is up as a whole where the lamp's middle is that high.
 static void take_disc(struct strip *s, const struct viewing *v, const double *cos_i)
 {
-    for (int i = 0; i < LANES; i++) {
-        double sine = v->lamp->radius / s->distance[i];
+    const double radius = v->lamp->radius;
+    memset(s->disc, 0, sizeof s->disc);
+    for (int i = 0; i < LANES && radius > 0; i++) {
+        double sine = radius / s->distance[i];
         s->disc[i] = sine * sine / 4;
         if (s->fate[i] == FATE_USED && cos_i[i] < sine)
             s->fate[i] = FATE_TERMINATOR;

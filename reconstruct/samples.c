@@ -138,10 +138,10 @@ static void read_strip(struct strip *s, const struct viewing *v, const struct ra
     struct reading reading;
     double vignetting[LANES];
     memset(s->bounced, 0, sizeof s->bounced);
+    memset(s->doubt, 0, sizeof s->doubt);
     find_vignetting(vignetting, s, v->camera);
     for (int i = 0; i < LANES; i++) {
         s->channel[i] = *map->cfa ? cap_radiance_channel(map, s->x0 + i, s->y) : -1;
-        s->doubt[i] = 0;
         if (!v->bounce || s->fate[i] != FATE_USED)
             continue;
         const sight at = {rec_lane(&s->point, i), rec_lane(&s->normal, i), rec_lane(&s->wo, i)};
@@ -259,7 +259,8 @@ void rec_strip_make(struct strip *s, const struct viewing *v, const struct radia
     rec_strip_angles(s);
     rec_strip_errors(s, v);
     read_strip(s, v, map);
-    find_bounced(s, v->bounce_sigma);
+    if (v->bounce)
+        find_bounced(s, v->bounce_sigma);
     weigh_strip(s, v, map);
     find_strays(s, v->consensus);
 }

@@ -1,17 +1,23 @@
-/* bench_samples.c -- samples a second from a radiance map in memory to bins, on one thread.
+/* bench_samples.c -- samples a second from a radiance map in memory to bins, on one thread: of a
+ * ball, and of a mesh of it.
  *
  *     build/release/tests/bench_samples [WIDTH]        a frame WIDTH x 2/3 WIDTH, default 3000
+ *
+ * A mesh is traced once a view, on all threads of rec_raster_make: here one. Its figure is told
+ * with and without that.
  */
+#include "raster.h"
 #include "shot_bins.h"
 
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
+// Of all threads, so that what else the machine does counts little.
 static double now(void)
 {
     struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
@@ -45,6 +51,53 @@ static int64_t pass(struct tally *tally, struct shot_bins *shot, const struct vi
     return rec_shot_end(shot, tally, NULL) ? 0 : used;
 }
 
+// A ball as a net of triangles.
+static struct mesh *make_ball(double radius)
+{
+    enum { AROUND = 512, UP = 256, POINTS = AROUND * (UP + 1), TRIANGLES = 2 * AROUND * UP };
+    vec3 *point = malloc(POINTS * sizeof *point), *normal = malloc(POINTS * sizeof *normal);
+    unsigned(*triangle)[3] = malloc(TRIANGLES * sizeof *triangle);
+    struct mesh *mesh = NULL;
+    for (int k = 0; point && normal && k < POINTS; k++) {
+        int up = k / AROUND;
+        double theta = CAP_PI * up / UP, phi = 2 * CAP_PI * (k % AROUND) / AROUND;
+        normal[k] = (vec3){sin(theta) * cos(phi), sin(theta) * sin(phi), cos(theta)};
+        point[k] = vec3_scale(normal[k], radius);
+    }
+    for (unsigned k = 0; triangle && k < TRIANGLES; k++) {
+        unsigned row = k / 2 / AROUND, i = k / 2 % AROUND, next = (i + 1) % AROUND;
+        unsigned a = row * AROUND + i, c = row * AROUND + next, b = a + AROUND, d = c + AROUND;
+        const unsigned corner[2][3] = {{a, b, d}, {a, d, c}};
+        memcpy(triangle[k], corner[k % 2], sizeof corner[0]);
+    }
+    if (point && normal && triangle)
+        cal_mesh_make(&mesh, point, normal, POINTS, (const unsigned(*)[3])triangle, TRIANGLES,
+                      NULL);
+    free(point);
+    free(normal);
+    free(triangle);
+    return mesh;
+}
+
+// The best of three passes; seconds a pass of tracing count where `traced`.
+static void report(const char *what, struct tally *tally, struct shot_bins *shot,
+                   const struct viewing *v, const struct radiance *map, double traced)
+{
+    double best = 1e9;
+    int64_t used = 0;
+    for (int k = 0; k < 3; k++) {
+        double began = now();
+        used = pass(tally, shot, v, map);
+        double seconds = now() - began;
+        best = seconds < best ? seconds : best;
+    }
+    printf("%s: %lld samples in %.3f s: %.2f million a second on one core", what, (long long)used,
+           best, 1e-6 * (double)used / best);
+    if (traced > 0)
+        printf("; %.2f with %.3f s of tracing", 1e-6 * (double)used / (best + traced), traced);
+    printf("\n");
+}
+
 int main(int argc, char **argv)
 {
     int width = argc > 1 ? atoi(argv[1]) : 3000;
@@ -73,16 +126,19 @@ int main(int argc, char **argv)
         || rec_tally_begin(&tally, rec_merl_grid, NULL))
         return 1;
     struct viewing v = rec_viewing(&calibration, 0, &lens, NULL);
-    double best = 1e9;
-    int64_t used = 0;
-    for (int k = 0; k < 3; k++) {
-        double began = now();
-        used = pass(&tally, &shot, &v, &map);
-        double seconds = now() - began;
-        best = seconds < best ? seconds : best;
-    }
-    printf("%lld samples in %.3f s: %.2f million a second on one core\n", (long long)used, best,
-           1e-6 * (double)used / best);
+    report("ball", &tally, &shot, &v, &map, 0);
+    struct raster raster = {0};
+    calibration.sample.shape = SHAPE_MESH;
+    calibration.sample.mesh = make_ball(calibration.sample.radius);
+    v = rec_viewing(&calibration, 0, &lens, NULL);
+    double began = now();
+    if (!calibration.sample.mesh || rec_raster_make(&raster, &v, rec_sample_box(&v), NULL))
+        return 1;
+    double traced = now() - began;
+    v.raster = &raster;
+    report("mesh", &tally, &shot, &v, &map, traced);
+    rec_raster_free(&raster);
+    cal_mesh_free(calibration.sample.mesh);
     rec_shot_free(&shot);
     rec_tally_free(&tally);
     rec_lens_free(&lens);
