@@ -78,12 +78,13 @@ static void add_lane(struct predicting *p, const struct strip *s, int i)
     const int x = s->x0 + i, own = *map->cfa ? cap_radiance_channel(map, x, s->y) : -1;
     struct pixel_sums *to = &p->row[(x - p->box.x0) / p->picture.step];
     double radiance[3];
+    float value[3], variance[3];
+    cap_radiance_at(map, x, s->y, value, variance);
     predict_lane(radiance, p, s, i);
     for (int c = 0; c < 3; c++) {
-        size_t at = 3 * ((size_t)s->y * (size_t)map->width + (size_t)x) + (size_t)c;
-        if ((own >= 0 && own != c) || !(map->variance[at] <= FLT_MAX))
+        if ((own >= 0 && own != c) || !(variance[c] <= FLT_MAX))
             continue;
-        to->photograph[c] += (double)map->value[at];
+        to->photograph[c] += (double)value[c];
         to->predicted[c] += radiance[c];
         to->count[c]++;
     }

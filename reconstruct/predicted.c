@@ -64,7 +64,7 @@ static enum status predict_view(const struct predicted_of *of, int view, const c
     char *from = cap_path(of->out, file);
     snprintf(file, sizeof file, "%s.png", name);
     char *to = cap_path(folder, file);
-    enum status status = from && to ? cap_radiance_read(&map, from, err)
+    enum status status = from && to ? cap_radiance_open(&map, from, err)
                                     : cap_fail(err, STATUS_MEMORY, "%s: no memory", name);
     const struct prediction_of what = {of->calibration, view,        of->brdf, &map,
                                        of->board,       of->blockers};
