@@ -8,7 +8,7 @@
 #include "lobes.h"
 #include "models.h"
 
-enum { KD = 0, A = 3, B = 6, C = 7, IOR = 8 };
+enum { KD = 0, A = 3, B = 6, C = 7, IOR = 8, SIZE = 9 };
 
 static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
 {
@@ -20,6 +20,26 @@ static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
                   / (CAP_PI * a.cos_i * a.cos_o * pow(1 + parameters[B] * fall, parameters[C]));
     for (int c = 0; c < 3; c++)
         f[c] = parameters[KD + c] / CAP_PI + parameters[A + c] * lobe;
+}
+
+static void slopes(const double *parameters, vec3 wi, vec3 wo, double f[3], double *slope)
+{
+    facet a = rec_facet(wi, wo);
+    double cos_h = sqrt(a.cos2_h), fall = a.sin2_h / (1 + cos_h), by_ior;
+    double g = fmin(1, 2 * cos_h * fmin(a.cos_i, a.cos_o) / a.c), wide = 1 + parameters[B] * fall;
+    double rest = g / (CAP_PI * a.cos_i * a.cos_o * pow(wide, parameters[C]));
+    double fresnel = rec_fresnel_slope(a.c, parameters[IOR], &by_ior), lobe = fresnel * rest;
+    for (int k = 0; k < 3 * SIZE; k++)
+        slope[k] = 0;
+    for (int c = 0; c < 3; c++) {
+        double *s = &slope[c * SIZE], height = parameters[A + c];
+        f[c] = parameters[KD + c] / CAP_PI + height * lobe;
+        s[KD + c] = 1 / CAP_PI;
+        s[A + c] = lobe;
+        s[B] = -height * lobe * parameters[C] * fall / wide;
+        s[C] = -height * lobe * log(wide);
+        s[IOR] = height * by_ior * rest;
+    }
 }
 
 static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
@@ -42,5 +62,6 @@ const struct model rec_model_abc = {
                                             {"ior", 1, 1, 100},
                                             {0}},
     .eval = eval,
+    .slopes = slopes,
     .lobes = lobes,
 };

@@ -24,13 +24,37 @@ static void eval_beckmann(const double *parameters, vec3 wi, vec3 wo, double f[3
     combine(parameters, a, rec_lobe_beckmann(a, parameters[ALPHA]), f);
 }
 
+// V-shaped grooves, and the slopes' derivative by alpha.
+static double cook_torrance(facet a, double alpha, double *by_alpha)
+{
+    double a2 = alpha * alpha, tan2 = a.sin2_h / a.cos2_h;
+    double d = exp(-tan2 / a2) / (CAP_PI * a2 * a.cos2_h * a.cos2_h);
+    double g = fmin(1, 2 * sqrt(a.cos2_h) * fmin(a.cos_i, a.cos_o) / a.c);
+    double lobe = d * g / (4 * a.cos_i * a.cos_o);
+    *by_alpha = 2 * lobe * (tan2 / a2 - 1) / alpha;
+    return lobe;
+}
+
 static void eval_cook_torrance(const double *parameters, vec3 wi, vec3 wo, double f[3])
 {
     facet a = rec_facet(wi, wo);
-    double a2 = parameters[ALPHA] * parameters[ALPHA];
-    double d = exp(-a.sin2_h / (a.cos2_h * a2)) / (CAP_PI * a2 * a.cos2_h * a.cos2_h);
-    double g = fmin(1, 2 * sqrt(a.cos2_h) * fmin(a.cos_i, a.cos_o) / a.c);
-    combine(parameters, a, d * g / (4 * a.cos_i * a.cos_o), f);
+    double by_alpha;
+    combine(parameters, a, cook_torrance(a, parameters[ALPHA], &by_alpha), f);
+}
+
+static void slopes_beckmann(const double *parameters, vec3 wi, vec3 wo, double f[3], double *slope)
+{
+    facet a = rec_facet(wi, wo);
+    double by_alpha, lobe = rec_lobe_beckmann_slope(a, parameters[ALPHA], &by_alpha);
+    rec_plastic_slopes(parameters, a, lobe, by_alpha, f, slope);
+}
+
+static void slopes_cook_torrance(const double *parameters, vec3 wi, vec3 wo, double f[3],
+                                 double *slope)
+{
+    facet a = rec_facet(wi, wo);
+    double by_alpha, lobe = cook_torrance(a, parameters[ALPHA], &by_alpha);
+    rec_plastic_slopes(parameters, a, lobe, by_alpha, f, slope);
 }
 
 static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
@@ -49,6 +73,7 @@ const struct model rec_model_beckmann = {
     .source = "Beckmann slopes after Walter et al., EGSR 2007; dielectric Fresnel over Lambert",
     .parameter = parameters,
     .eval = eval_beckmann,
+    .slopes = slopes_beckmann,
     .lobes = lobes,
 };
 
@@ -57,5 +82,6 @@ const struct model rec_model_cook_torrance = {
     .source = "Cook and Torrance, ACM TOG 1982, with 1/4; dielectric Fresnel over Lambert",
     .parameter = parameters,
     .eval = eval_cook_torrance,
+    .slopes = slopes_cook_torrance,
     .lobes = lobes,
 };

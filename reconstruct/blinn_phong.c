@@ -9,7 +9,7 @@
 #include "lobes.h"
 #include "models.h"
 
-enum { KD = 0, KS = 3, KE = 6 };
+enum { KD = 0, KS = 3, KE = 6, SIZE = 9 };
 
 static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
 {
@@ -17,6 +17,21 @@ static void eval(const double *parameters, vec3 wi, vec3 wo, double f[3])
     double ln_cos_h = 0.5 * log1p(-fmin(a.sin2_h, 1));  // keeps its digits in the highlight
     for (int c = 0; c < 3; c++)
         f[c] = parameters[KD + c] + parameters[KS + c] * exp(parameters[KE + c] * ln_cos_h);
+}
+
+static void slopes(const double *parameters, vec3 wi, vec3 wo, double f[3], double *slope)
+{
+    facet a = rec_facet(wi, wo);
+    double ln_cos_h = 0.5 * log1p(-fmin(a.sin2_h, 1));
+    for (int k = 0; k < 3 * SIZE; k++)
+        slope[k] = 0;
+    for (int c = 0; c < 3; c++) {
+        double *s = &slope[c * SIZE], power = exp(parameters[KE + c] * ln_cos_h);
+        f[c] = parameters[KD + c] + parameters[KS + c] * power;
+        s[KD + c] = 1;
+        s[KS + c] = power;
+        s[KE + c] = power > 0 ? parameters[KS + c] * power * ln_cos_h : 0;
+    }
 }
 
 static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)
@@ -39,5 +54,6 @@ const struct model rec_model_blinn_phong = {
         (const struct parameter[]){
             {"kd", 3, 0, 1 / CAP_PI}, {"ks", 3, 0, 1e5}, {"ke", 3, 0, 1e6}, {0}},
     .eval = eval,
+    .slopes = slopes,
     .lobes = lobes,
 };

@@ -30,9 +30,8 @@ static void eval_correlated(const double *parameters, vec3 wi, vec3 wo, double f
     combine(parameters, a, rec_lobe_correlated(a, parameters[ALPHA]), f);
 }
 
-// From the lobe and its derivative by alpha.
-static void combine_slopes(const double *parameters, facet a, double lobe, double by_alpha,
-                           double f[3], double *slope)
+void rec_plastic_slopes(const double *parameters, facet a, double lobe, double by_alpha,
+                        double f[3], double *slope)
 {
     double by_ior, fresnel = rec_fresnel_slope(a.c, parameters[IOR], &by_ior);
     for (int c = 0; c < 3; c++) {
@@ -49,7 +48,7 @@ static void slopes(const double *parameters, vec3 wi, vec3 wo, double f[3], doub
 {
     facet a = rec_facet(wi, wo);
     double by_alpha, lobe = rec_lobe_ggx_slope(a, parameters[ALPHA], &by_alpha);
-    combine_slopes(parameters, a, lobe, by_alpha, f, slope);
+    rec_plastic_slopes(parameters, a, lobe, by_alpha, f, slope);
 }
 
 static void slopes_correlated(const double *parameters, vec3 wi, vec3 wo, double f[3],
@@ -57,7 +56,7 @@ static void slopes_correlated(const double *parameters, vec3 wi, vec3 wo, double
 {
     facet a = rec_facet(wi, wo);
     double by_alpha, lobe = rec_lobe_correlated_slope(a, parameters[ALPHA], &by_alpha);
-    combine_slopes(parameters, a, lobe, by_alpha, f, slope);
+    rec_plastic_slopes(parameters, a, lobe, by_alpha, f, slope);
 }
 
 static int lobes(const double *parameters, vec3 wi, struct lobe *lobe)

@@ -40,4 +40,9 @@ double rec_lobe_correlated_slope(facet a, double alpha, double *by_alpha);
 /** With GTR slopes, D = k / (alpha^2 cos^2 theta_h + sin^2 theta_h)^gamma, and G of GGX. */
 double rec_lobe_gtr(facet a, double alpha, double gamma);
 
+/** f of a matt body under a dielectric lobe, of parameters albedo [3], alpha, ior, and its
+ *  derivatives [3][5], from the lobe without its Fresnel factor and its derivative by alpha. */
+void rec_plastic_slopes(const double *parameters, facet a, double lobe, double by_alpha,
+                        double f[3], double *slope);
+
 #endif
