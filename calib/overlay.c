@@ -30,10 +30,11 @@ static int compare_floats(const void *a, const void *b)
 // The level that 2 % of the values exceed becomes white.
 static float white_level(const struct radiance *map)
 {
-    enum { STRIDE = 97 };
+    enum { ENOUGH = 20000 };
     size_t values = 3 * (size_t)map->width * (size_t)map->height, n = 0;
-    float *v = malloc((values / STRIDE + 1) * sizeof *v), white = 0;
-    for (size_t i = 0; v && i < values; i += STRIDE) {
+    const size_t stride = 3 * (values / (3 * ENOUGH)) + 1;  // all channels take part
+    float *v = malloc((values / stride + 1) * sizeof *v), white = 0;
+    for (size_t i = 0; v && i < values; i += stride) {
         float value[3], unused[3];
         size_t at = i / 3, width = (size_t)map->width;
         cap_radiance_at(map, (int)(at % width), (int)(at / width), value, unused);

@@ -5,7 +5,7 @@
                       [--ranks 2] [--memory 10,40]
 
 Renders the six shots of samples/tiny.yaml at 6000 x 4000, five exposures of 4^k/1024 s each, as deflate TIFF (kept in
---work, 1.5 GB); more shots than six are links to them under other names. Prints
+--work, 1.5 GB and some minutes); more shots than six are links to them under other names. Prints
   - seconds of decoding the files alone (bench_decode) and of `goniocam reconstruct` on the same threads, and their
     ratio, of the wall's clock and of the processors' (asked: at most 2.0); where the seconds went, by stages
   - with --ranks N: seconds of `mpirun -n N goniocam-mpi reconstruct --threads 1` beside those of one process on one
