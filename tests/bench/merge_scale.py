@@ -188,12 +188,10 @@ def by_opencv(files, algorithm):
 
 
 def pfs_value(data):
-    """[rows][W][3] of a PFS stream that holds X, Y, Z: every 16th row, in the same linear mix of channels throughout."""
-    for _ in range(2):  # PFS1; width, height
-        data = data[data.index(b"\n") + 1:]
-    at = data.index(b"ENDH") + 4
-    plane = np.frombuffer(data, "<f4", W * H, at).reshape(H, W)
-    return np.repeat(plane[::16, :, None], 3, 2)
+    """[rows][W][3] of a PFS stream, whose channels X, Y, Z are sRGB's mixes of red, green, blue: every 16th row."""
+    xyz_of_rgb = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+    planes = np.frombuffer(data, "<f4", 3 * W * H, data.index(b"ENDH") + 4).reshape(3, H, W)[:, ::16]
+    return np.einsum("ij,jyx->yxi", np.linalg.inv(xyz_of_rgb), planes)
 
 
 def by_pfstools(files, work):
