@@ -203,15 +203,15 @@ static int end(void **state)
 
 int main(void)
 {
-    struct CMUnitTest tests[ROWS + 5];
-    for (int i = 0; i < ROWS; i++)
-        tests[i] = (struct CMUnitTest){rows[i].name, test_table, NULL, NULL, &rows[i]};
     const struct CMUnitTest others[] = {
         cmocka_unit_test(test_chalk_of_two_kinds),
         cmocka_unit_test(test_picture_errors_follow_the_difference),
         cmocka_unit_test(test_only_measured_bins_count),
         cmocka_unit_test(test_what_is_not_reciprocal_is_found),
     };
+    struct CMUnitTest tests[ROWS + sizeof others / sizeof *others];
+    for (int i = 0; i < ROWS; i++)
+        tests[i] = (struct CMUnitTest){rows[i].name, test_table, NULL, NULL, &rows[i]};
     memcpy(tests + ROWS, others, sizeof others);
     return cmocka_run_group_tests(tests, begin, end);
 }
