@@ -11,8 +11,8 @@ lossless-JPEG DNG. For each kind it prints
     --repeat, one after the other), and their ratio (asked: at most 1.5); the same of user and system time
   - milliseconds a megapixel-exposure, beside what copying as many bytes as are read and written takes in memory
   - the peak memory of merging one shot and --shots shots, in float images of the frame (asked: below 3, and the same)
-and of the deflate TIFF, per decade of radiance, the rms error over the Cramer-Rao bound, bias, and the shares within 1
-and 2 stated sigma. --others compares, each from deflate TIFF files to its result, decoding included: goniocam merge
+and of the TIFF, per decade of radiance, the rms error over the Cramer-Rao bound, bias, and the shares within 1
+and 2 stated sigma. --others compares, each from TIFF files to its result, decoding included: goniocam merge
 (which estimates the sensor's levels and noise, and writes its map with variances); OpenCV's MergeDebevec and
 MergeRobertson (8 bits are all that they take; their result stays in memory) and pfshdrcalibrate (16 bits; its result
 goes into a pipe), where they are installed. Those know no black level: they get files it has been taken from, and the
@@ -23,6 +23,7 @@ import argparse
 import os
 import shutil
 import subprocess
+import sys
 import time
 
 import cv2
@@ -86,20 +87,27 @@ def run(command):
     return time.monotonic() - begin, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
 
 
+COPYING = """
+import sys, time
+import numpy as np
+a = np.ones(int(sys.argv[1]) // 2, np.uint8)
+b = np.empty_like(a)
+best = float("inf")
+for _ in range(4):
+    begin = time.monotonic()
+    np.copyto(b, a)
+    best = min(best, time.monotonic() - begin)
+print(best)
+"""
+
+
 def copying(size):
-    """Seconds of copying so many bytes in all, read and written, in memory."""
-    a = np.ones(size // 2, np.uint8)
-    b = np.empty_like(a)
-    best = float("inf")
-    for _ in range(4):
-        begin = time.monotonic()
-        np.copyto(b, a)
-        best = min(best, time.monotonic() - begin)
-    return best
+    """Seconds of copying so many bytes in all, read and written, in memory; in a process of its own, for the peaks of others."""
+    return float(subprocess.check_output([sys.executable, "-c", COPYING, str(size)]))
 
 
 def merge(a, kind, folder):
-    out = os.path.join(a.work, "out")
+    out = os.path.join(a.work, "out_" + folder)
     shutil.rmtree(out, ignore_errors=True)
     return run([a.goniocam or os.path.join(a.build, "goniocam"), "merge", os.path.join(a.work, folder), "-o", out,
                 "--threads", str(a.threads), "--quiet"])
@@ -125,8 +133,8 @@ def measure(a, kind):
     return ours
 
 
-def ours_of(work):
-    value, variance = read_map(os.path.join(work, "out", "radiance", "s0_0.exr"))
+def ours_of(work, kind):
+    value, variance = read_map(os.path.join(work, "out_" + kind, "radiance", "s0_0.exr"))
     return value[::16], variance[::16]  # enough to tell
 
 
@@ -165,14 +173,14 @@ def tell(name, seconds, ours, error):
     print("  %-18s %8.2f s  %6.1f x ours  rms error %.4f" % (name, seconds, seconds / ours, error))
 
 
-def without_black(files, work):
+def without_black(files, work, kind):
     """The same photographs from 0 to 65535."""
-    made = [os.path.join(work, "others_%d.tif" % k) for k in range(5)]
+    made = [os.path.join(work, "others_%s_%d.tif" % (kind, k)) for k in range(5)]
     for f, to in zip(files, made):
         if not os.path.exists(to):
             dn = cv2.subtract(cv2.imread(f, -1), (BLACK,) * 4)
             full = np.rint(dn * np.float32(65535 / (WHITE - BLACK))).astype(np.uint16)
-            cv2.imwrite(to, full, [cv2.IMWRITE_TIFF_COMPRESSION, 8])
+            cv2.imwrite(to, full, [cv2.IMWRITE_TIFF_COMPRESSION, 8 if kind == "tiff" else 1])
     return made
 
 
@@ -206,11 +214,11 @@ def by_pfstools(files, work):
     return time.monotonic() - begin, data
 
 
-def others(a, ours, value):
-    print("  from the files to the result:")
+def others(a, kind, ours, value):
+    print("from the files to the result, %s:" % KINDS[kind][2])
     tell("goniocam merge", ours, ours, error_of(value))
     cv2.setNumThreads(a.threads)
-    files = without_black(make(a.work, "tiff", a.shots), a.work)
+    files = without_black(make(a.work, kind, a.shots), a.work, kind)
     for name, algorithm in (("OpenCV Debevec", cv2.createMergeDebevec()), ("OpenCV Robertson", cv2.createMergeRobertson())):
         took, out = by_opencv(files, algorithm)
         tell(name, took, ours, error_of(out))
@@ -230,13 +238,16 @@ def main():
     parser.add_argument("--shots", type=int, default=3)
     parser.add_argument("--others", action="store_true")
     a = parser.parse_args()
-    for kind in a.kinds.split(","):
-        ours = measure(a, kind)
-        if kind == "tiff":
-            value, variance = ours_of(a.work)
-            decades(value, variance)
-            if a.others:
-                others(a, ours, value)
+    kinds = a.kinds.split(",")
+    ours = {kind: measure(a, kind) for kind in kinds}
+    for kind in kinds:  # after the measuring: a child's peak of memory includes that of what forked it
+        if kind == "dng":
+            continue
+        value, variance = ours_of(a.work, kind)
+        print("merged from " + KINDS[kind][2])
+        decades(value, variance)
+        if a.others:
+            others(a, kind, ours[kind], value)
 
 
 if __name__ == "__main__":
