@@ -45,10 +45,14 @@ static int drop_message(TIFF *tiff, void *user, const char *module, const char *
     return 1;
 }
 
+// Some of libtiff's messages begin with the path, which is told once.
 static enum status fail(struct tiff_file *file, struct error *err, const char *otherwise)
 {
-    return cap_fail(err, STATUS_FORMAT, "%s: %s", file->base.path,
-                    *file->message ? file->message : otherwise);
+    const char *path = file->base.path, *told = *file->message ? file->message : otherwise;
+    const size_t length = strlen(path);
+    if (strncmp(told, path, length) == 0 && strncmp(told + length, ": ", 2) == 0)
+        told += length + 2;
+    return cap_fail(err, STATUS_FORMAT, "%s: %s", path, told);
 }
 
 /* A tag of rational type; libtiff hands it over as float or double, as its table says. */
