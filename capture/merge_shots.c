@@ -261,6 +261,7 @@ enum status cap_merge(const struct capture *capture, const char *out, struct sen
         status = cap_fail(err, STATUS_MEMORY, "%s", out);
     if (!status)
         status = cap_make_folder(folder, err);
+    photo_keep_in(status ? NULL : folder);
     if (!status)
         status = learn(&lessons, left_out, capture, out, run, err);
     struct job job = {.capture = capture,

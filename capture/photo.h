@@ -22,6 +22,7 @@ struct photo_file {
     int rows_at_once;  // rows that are decoded together: a strip, a tile, a chunk
     bool any_row;      // rows can be passed over without decoding them
     bool at_once;      // the first row that is read decodes them all
+    bool aside;        // into a file: it holds no rows in memory
 };
 
 /** Open a photograph and read what it says of itself: TIFF (8, 16 bits, half or float), PNG, JPEG,
@@ -36,8 +37,10 @@ enum status photo_read(struct photo_file *file, float *dn, int rows, struct erro
 /** Pass over rows. */
 enum status photo_skip(struct photo_file *file, int rows, struct error *err);
 void photo_close(struct photo_file *file);
-/** Files that are decoded at once do not end when they are closed: the last few are kept, decoded,
- *  for photo_open() to hand out again. Now they end. */
+/** Files that are decoded at once do not end when they are closed: they are kept, decoded, for
+ *  photo_open() to hand out again, aside in a folder (NULL: the last few, in memory). */
+void photo_keep_in(const char *folder);
+/** Now they end, and no folder is named any longer. */
 void photo_forget(void);
 
 /** What a photograph is before its file is read: nothing is known. */
@@ -53,7 +56,7 @@ enum status photo_opened(struct photo_file **opened, struct photo_file *file, en
 // or NULL; a file to keep, which gives back one to end, or NULL. photo_end() ends any.
 struct photo_file *photo_kept(const char *path);
 struct photo_file *photo_keep(struct photo_file *file);
-void photo_make_room(void);  // before one is decoded: the file kept longest ends
+void photo_make_room(void);  // before one is decoded: the file longest in memory ends
 void photo_end(struct photo_file *file);
 
 // The formats.

@@ -85,20 +85,35 @@ static struct raw_row {
 };
 enum { RAW_ROWS = sizeof raw_rows / sizeof *raw_rows };
 
+static void check_rows(struct photo_file *file, int from)
+{
+    static float dn[3 * PIXELS];
+    struct error err = {0};
+    const struct photo *info = &file->info;
+    const int line = WIDTH * info->channels;
+    assert_int_equal(photo_skip(file, from, &err), STATUS_OK);
+    assert_int_equal(photo_read(file, dn, HEIGHT - from, &err), STATUS_OK);
+    for (int i = 0; i < line * (HEIGHT - from); i++) {
+        int at = i + line * from;
+        assert_near((double)dn[i], 1000 + 13 * (info->gray ? at / 3 : at) % 50000, 0);
+    }
+}
+
 static void test_raw(void **state)
 {
     const struct raw_row *r = *state;
     char dng[sizeof path + 4];
     struct photo_file *file = NULL;
     struct error err = {0};
-    static float dn[3 * PIXELS];
     snprintf(dng, sizeof dng, "%s.dng", path);
     write_dng_form(dng, &r->form);
     if (photo_open(&file, dng, &err))
         fail_msg("%s", err.text);
     const struct photo info = file->info;
-    assert_int_equal(photo_read(file, dn, HEIGHT, &err), STATUS_OK);
+    check_rows(file, 0);
+    assert_false(file->aside);  // no folder for it
     photo_close(file);
+    photo_forget();
     remove(dng);
     assert_int_equal(info.width, WIDTH);
     assert_int_equal(info.height, HEIGHT);
@@ -107,15 +122,53 @@ static void test_raw(void **state)
     assert_int_equal(info.gray, !r->form.side && r->form.samples == 1);
     assert_int_equal(info.channels, r->form.side ? 1 : 3);
     assert_near(info.black, 128, 0);
-    for (int i = 0; i < info.channels * PIXELS; i++)
-        assert_near((double)dn[i], 1000 + 13 * (info.gray ? i / 3 : i) % 50000, 0);
+}
+
+static void test_raw_aside(void **state)
+{
+    const struct raw_row *r = *state;
+    char dng[sizeof path + 4];
+    snprintf(dng, sizeof dng, "%s.dng", path);
+    write_dng_form(dng, &r->form);
+    photo_keep_in("/tmp");
+    for (int again = 0; again < 2; again++) {
+        struct photo_file *file = NULL;
+        assert_int_equal(photo_open(&file, dng, NULL), STATUS_OK);
+        assert_int_equal(file->aside, again);  // decoded already
+        check_rows(file, 11 * again);
+        assert_true(file->aside);
+        photo_close(file);
+    }
+    photo_forget();
+    remove(dng);
+}
+
+static void test_no_room_aside(void **state)
+{
+    const struct raw_row *r = *state;
+    char dng[sizeof path + 4];
+    struct photo_file *file = NULL;
+    snprintf(dng, sizeof dng, "%s.dng", path);
+    write_dng_form(dng, &r->form);
+    photo_keep_in("/proc");
+    assert_int_equal(photo_open(&file, dng, NULL), STATUS_OK);
+    check_rows(file, 0);
+    assert_false(file->aside);
+    photo_close(file);
+    photo_forget();
+    remove(dng);
 }
 
 int main(void)
 {
-    struct CMUnitTest tests[RAW_ROWS];
+    struct CMUnitTest tests[2 * RAW_ROWS + 1];
+    char names[RAW_ROWS][80];
     int n = 0;
-    for (int i = 0; i < RAW_ROWS; i++)
+    for (int i = 0; i < RAW_ROWS; i++) {
+        snprintf(names[i], sizeof names[i], "%s, aside", raw_rows[i].name);
         tests[n++] = (struct CMUnitTest){raw_rows[i].name, test_raw, NULL, NULL, &raw_rows[i]};
+        tests[n++] = (struct CMUnitTest){names[i], test_raw_aside, NULL, NULL, &raw_rows[i]};
+    }
+    tests[n++] = (struct CMUnitTest){"no room aside", test_no_room_aside, NULL, NULL, &raw_rows[0]};
     return cmocka_run_group_tests(tests, make_file, remove_file);
 }
