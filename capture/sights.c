@@ -1,390 +1,255 @@
 /* sights.c -- the same photosites in shots of different views, read side by side in bands of rows.
  *
- * What a photosite is compared with are its 8 nearest neighbours of the same channel, whatever the
- * mosaic. Bands overlap by their reach.
+ * Every photosite is looked at, for each may be a defect. What all of them tell together (how
+ * unequal they are, which views are the same) is told by some rows of a large photograph. Sums of
+ * numbers that are rounded are one thread's from the first row to the last: they do not depend on
+ * the number of threads.
  */
 #include "sights.h"
 #include "photo.h"
+#include "sights_look.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { NEAR = 8, BAND = 24, CELL = 64, THIN = 8, SAMPLES = 500000 };
-enum { ODD = 1, BRIGHT = 2, TESTED = 4, DIM = 8, LIT = 16 };
-
-static const double ODD_SIGMAS = 2.5, SMOOTH_SIGMAS = 4, LIT_SIGMAS = 10;
-static const double DIM_PART = 0.1;      // of the scale
-static const double UNEQUAL = 0.01;      // relative: no reason by itself to stand out
-static const double NOISE_MAX = 0.02;    // relative, of photosites that tell how unequal they are
-static const double RESIDUAL_MAX = 0.1;  // relative; beyond is a defect, or an edge
-
-/* Distances from a value: along the row, in values, and in rows; by place in the cell of filters.
- */
-struct nearest {
-    int side, reach;  // of the cell; rows that neighbours are away at most
-    struct {
-        int along[NEAR], rows[NEAR];
-    } at[3 * CFA_SIDE_MAX * CFA_SIDE_MAX];
-};
-
-/* One view's rows and what they tell. */
-struct view {
-    struct photo_file *file;
-    int first, end;        // rows that dn holds
-    float *dn;             // [BAND + 2 reach][count]
-    unsigned char *flags;  // [BAND][count]
-    float *residual;       // [BAND][count], NAN: does not tell
-    float *coarse;         // [BAND / cell][width / cell] second differences, in turn
-};
+enum { CELL = 64, THIN = 8 };
+enum { SAMPLES = 500000, SQUARES = 50000 };  // enough for what photosites tell together
 
 struct reading {
-    const struct sensor *sensor;
-    struct nearest nearest;
+    struct look look;
     struct view view[SIGHTS_MAX];
-    float *scale;  // make_scales()
-    int views, width, height, channels, count, coarse_side;
-    char cfa[CFA_SIZE];
+    int views, threads;
+    int every;                 // of so many cells' rows one is sampled
+    int square, every_square;  // pixels; of so many rows of squares one is looked at
+    unsigned char *odd;        // [LOOK_BAND][places][plane]: views in which a value is odd
+    unsigned char *column;     // [SIGHTS_MAX][2][places][plane]: rows where one is odd, tested
 };
 
-static int channel_at(const struct reading *r, int x, int y, int c)
+static bool is_sampled(const struct reading *r, int y)
 {
-    return r->channels == 3 ? c : cap_cfa_channel(r->cfa, x, y);
+    return y / r->look.side % r->every == 0;
 }
 
-/* The nearest in growing squares, in the order of rows: ties have an order of their own. */
-static void find_nearest(struct reading *r)
+/* In how many rows, or views, each value has a flag. */
+WIDE static void add_flag(unsigned char *restrict sum, const unsigned char *restrict flags,
+                          size_t count, int flag)
 {
-    struct nearest *n = &r->nearest;
-    const int side = r->channels == 3 ? 1 : cap_cfa_side(r->cfa), far = 2 * side;
-    n->side = side;
-    for (int k = 0; k < side * side * r->channels; k++) {
-        const int y = k / (side * r->channels), x = k / r->channels % side, c = k % r->channels;
-        const int own = channel_at(r, x, y, c);
-        int found = 0;
-        for (int d2 = 1; found < NEAR && d2 <= 2 * far * far; d2++)
-            for (int v = -far; v <= far; v++)
-                for (int u = -far; u <= far && found < NEAR; u++) {
-                    if (u * u + v * v != d2
-                        || channel_at(r, x + u + 8 * side, y + v + 8 * side, c) != own)
-                        continue;
-                    n->at[k].along[found] = u * r->channels;
-                    n->at[k].rows[found++] = v;
-                    n->reach = abs(v) > n->reach ? abs(v) : n->reach;
-                    n->reach = abs(u) > n->reach ? abs(u) : n->reach;
-                }
+    for (size_t i = 0; i < count; i++)
+        sum[i] = (unsigned char)(sum[i] + ((flags[i] & flag) != 0));
+}
+
+static void look_at_row(struct reading *r, int y, int k)
+{
+    const size_t line = look_line(&r->look);
+    unsigned char *odd = r->odd + (size_t)k * line;
+    memset(odd, 0, line);
+    for (int j = 0; j < r->views; j++) {
+        view_look(&r->view[j], &r->look, y, k, is_sampled(r, y));
+        add_flag(odd, r->view[j].flags + (size_t)k * line, line, LOOK_ODD);
     }
 }
 
-static enum status fill(struct view *v, const struct reading *r, int top)
+static int cells_across(const struct look *l)
 {
-    const int reach = r->nearest.reach;
-    int first = top > reach ? top - reach : 0;
-    int end = top + BAND + reach < r->height ? top + BAND + reach : r->height;
-    size_t line = (size_t)r->count;
-    enum status status = STATUS_OK;
-    if (v->end > first)
-        memmove(v->dn, v->dn + (size_t)(first - v->first) * line,
-                (size_t)(v->end - first) * line * sizeof *v->dn);
-    else
-        status = photo_skip(v->file, first - v->end, NULL);
-    int have = v->end > first ? v->end : first;
-    if (!status)
-        status = photo_read(v->file, v->dn + (size_t)(have - first) * line, end - have, NULL);
-    v->first = first;
-    v->end = end;
-    return status;
+    return l->width / CELL + 1;
 }
 
-/* What a row of values is compared by, value by value: each channel's own. */
-struct scales {
-    const float *black, *full, *read2, *slope;  // [count]
-};
-
-/* The values from, from + step, ... below end, whose neighbours are near[k] away. Free of branches.
- */
-static inline __attribute__((always_inline)) void look(
-    unsigned char *restrict flags, float *restrict residual, const float *restrict at,
-    const ptrdiff_t near[NEAR], const struct scales *scales, int from, int end, int step)
+/* The values of a place, from one, below another, that lie in a cell. */
+static int begin_of(const struct look *l, int cell, int place)
 {
-    const float *restrict black = scales->black, *restrict full = scales->full;
-    const float *restrict read2 = scales->read2, *restrict slope = scales->slope;
-    const float odd2 = (float)(ODD_SIGMAS * ODD_SIGMAS), lit2 = (float)(LIT_SIGMAS * LIT_SIGMAS);
-    const float smooth2 = (float)(SMOOTH_SIGMAS * SMOOTH_SIGMAS);
-    const float unequal2 = (float)(UNEQUAL * UNEQUAL), noise2 = (float)(NOISE_MAX * NOISE_MAX);
-    const float dim_part = (float)DIM_PART, far = (float)RESIDUAL_MAX;
-    for (int i = from; i < end; i += step) {
-        float low = at[i + near[0]], high = low, sum = low;
-        for (int k = 1; k < NEAR; k++) {
-            float v = at[i + near[k]];
-            low = v < low ? v : low;
-            high = v > high ? v : high;
-            sum += v;
-        }
-        float x = at[i] - black[i], mean = sum * (1.0f / NEAR) - black[i], spread = high - low;
-        low -= black[i];
-        high -= black[i];
-        float photons = read2[i] + slope[i] * (mean > 0 ? mean : 0);
-        float noise = photons + unequal2 * mean * mean;
-        float off = x > high ? x - high : low - x;
-        int dim = mean < dim_part * full[i] ? DIM : 0;
-        int lit = ((low > 0) & (low * low > lit2 * photons)) ? LIT : 0;
-        int odd = ((off > 0) & (off * off > odd2 * noise)) ? ODD | (x > high ? BRIGHT : 0) : 0;
-        int seen = high < full[i] ? TESTED | dim | lit | odd : 0;
-        bool tells = (seen != 0) & (odd == 0) & (spread * spread < smooth2 * noise) & (x < full[i])
-                     & (mean > 0) & (photons < noise2 * mean * mean)
-                     & (fabsf(x - mean) < far * mean);
-        flags[i] = (unsigned char)seen;
-        residual[i] = tells ? (x - mean) / mean : NAN;
+    const int begin = (cell * CELL * l->channels - place + l->places - 1) / l->places;
+    return begin < l->plane ? begin > 0 ? begin : 0 : l->plane;
+}
+
+/* What a band of one view tells of its cells: bands do not straddle them. */
+static void count_cells(struct sights *s, struct reading *r, int view, int top, int rows)
+{
+    const struct look *l = &r->look;
+    const size_t line = look_line(l);
+    unsigned char *odd = r->column + 2 * (size_t)view * line, *tested = odd + line;
+    memset(odd, 0, 2 * line);
+    for (int k = 0; k < rows; k++) {
+        add_flag(odd, r->view[view].flags + (size_t)k * line, line, LOOK_ODD);
+        add_flag(tested, r->view[view].flags + (size_t)k * line, line, LOOK_TESTED);
     }
-}
-
-WIDE static void look_at_all(unsigned char *flags, float *residual, const float *at,
-                             const ptrdiff_t near[NEAR], const struct scales *scales, int from,
-                             int end)
-{
-    look(flags, residual, at, near, scales, from, end, 1);
-}
-
-WIDE static void look_at_some(unsigned char *flags, float *residual, const float *at,
-                              const ptrdiff_t near[NEAR], const struct scales *scales, int from,
-                              int end, int step)
-{
-    if (step == 2)
-        look(flags, residual, at, near, scales, from, end, 2);
-    else
-        look(flags, residual, at, near, scales, from, end, step);
-}
-
-static void look_at_row(const struct view *v, const struct reading *r, int y, int row)
-{
-    const struct nearest *n = &r->nearest;
-    const size_t line = (size_t)r->count;
-    const int margin = n->reach * r->channels, places = n->side * r->channels;
-    const float *at = v->dn + (size_t)(y - v->first) * line;
-    const float *scale = r->scale + (size_t)(y % n->side) * 4 * line;
-    const struct scales scales = {scale, scale + line, scale + 2 * line, scale + 3 * line};
-    unsigned char *flags = v->flags + (size_t)row * line;
-    float *residual = v->residual + (size_t)row * line;
-    memset(flags, 0, line);
-    for (size_t i = 0; i < line; i++)
-        residual[i] = NAN;
-    if (y < n->reach || y >= r->height - n->reach || r->count <= 2 * margin)
-        return;
-    for (int p = 0; p < (r->channels == 3 ? 1 : places); p++) {
-        ptrdiff_t near[NEAR];
-        for (int j = 0; j < NEAR; j++)
-            near[j] = n->at[y % n->side * places + p].rows[j] * (ptrdiff_t)line
-                      + n->at[y % n->side * places + p].along[j];
-        int from = margin + (p + places - margin % places) % places, end = r->count - margin;
-        if (r->channels == 3)
-            look_at_all(flags, residual, at, near, &scales, margin, end);
-        else
-            look_at_some(flags, residual, at, near, &scales, from, end, places);
-    }
-}
-
-/* The scales of the rows of a cell: [side][4][count]. */
-static bool make_scales(struct reading *r)
-{
-    const size_t line = (size_t)r->count;
-    r->scale = malloc((size_t)r->nearest.side * 4 * line * sizeof *r->scale);
-    for (int y = 0; r->scale && y < r->nearest.side; y++)
-        for (size_t i = 0; i < line; i++) {
-            const struct sensor *sensor = r->sensor;
-            int c = channel_at(r, (int)i / r->channels, y, (int)i % r->channels);
-            float *to = r->scale + (size_t)y * 4 * line + i;
-            to[0] = (float)sensor->black[c];
-            to[line] = (float)(sensor->usable[c] - sensor->black[c]);
-            to[2 * line] = (float)(sensor->read_noise[c] * sensor->read_noise[c]);
-            to[3 * line] = (float)(1 / sensor->gain[c]);
-        }
-    return r->scale != NULL;
-}
-
-/* Logarithms of the means of coarse cells, along a row of them; then their second differences. */
-static void look_coarsely(const struct view *v, const struct reading *r, int top, float *coarse)
-{
-    const int side = r->coarse_side, columns = r->width / side;
-    const size_t line = (size_t)r->count;
-    for (int x = 0; x < columns; x++) {
-        float sum = 0;
-        for (int y = top; y < top + side; y++) {
-            const float *dn = v->dn + (size_t)(y - v->first) * line;
-            const float *scale = r->scale + (size_t)(y % r->nearest.side) * 4 * line;
-            for (int i = x * side * r->channels; i < (x + 1) * side * r->channels; i++)
-                sum += fminf(dn[i] - scale[i], scale[line + (size_t)i]);
-        }
-        coarse[x] = (float)log(fmax((double)sum / (side * side * r->channels), 1));
-    }
-    for (int x = 0; x + 2 < columns; x++)
-        coarse[x] = fmaxf(fminf(coarse[x] - 2 * coarse[x + 1] + coarse[x + 2], 1), -1);
-}
-
-/* What a band of all views tells of structure. */
-static void add_structure(struct sights *s, const struct reading *r, int rows)
-{
-    const int columns = r->width / r->coarse_side;
-    for (int j = 0; j < r->views; j++)
-        for (int k = 0; k <= j; k++)
-            for (int y = 0; y + r->coarse_side <= rows; y += r->coarse_side)
-                for (int x = 0; x + 2 < columns; x++) {
-                    size_t at = (size_t)(y / r->coarse_side) * (size_t)columns + (size_t)x;
-                    double product = (double)r->view[j].coarse[at] * (double)r->view[k].coarse[at];
-                    s->structure[j][k] += product;
-                    if (j != k)
-                        s->structure[k][j] += product;
-                }
-}
-
-static void add_residuals(struct sights *s, const struct reading *r, int top, size_t from,
-                          size_t stride)
-{
-    const size_t line = (size_t)r->count;
-    for (size_t i = from; i < line * BAND; i += stride) {
-        int row = (int)(i / line), x = (int)(i % line);
-        if (top + row >= r->height)
-            break;
-        int c = channel_at(r, x / r->channels, top + row, x % r->channels);
-        double read2 = r->sensor->read_noise[c] * r->sensor->read_noise[c];
-        for (int k = 0; k < r->views; k++) {
-            double e = (double)r->view[k].residual[i];
-            if (!(e == e))
-                continue;
-            double x1 = (double)r->view[k].dn[i + (size_t)(top - r->view[k].first) * line];
-            double signal = fmax((x1 - r->sensor->black[c]) / (1 + e), 1);
-            double more =
-                e * e - 9.0 / 8 * (read2 + signal / r->sensor->gain[c]) / (signal * signal);
-            s->excess[c][k] += more;
-            s->excess2[c][k] += more * more;
-            s->smooth[c][k]++;
-            for (int j = 0; j < k; j++) {
-                double product = (double)r->view[j].residual[i] * e;
-                if (!(product == product))
-                    continue;
-                s->product[c][j][k] += product;
-                s->product2[c][j][k] += product * product;
-                s->first[c][j][k] += (double)r->view[j].residual[i];
-                s->second[c][j][k] += e;
-                s->pairs[c][j][k]++;
+    for (int c = 0; c < cells_across(l); c++) {
+        size_t cell = (size_t)(top / CELL) * (size_t)cells_across(l) + (size_t)c;
+        struct sight_count *here = &s->cell[cell * (size_t)r->views + (size_t)view];
+        for (int p = 0; p < l->places; p++)
+            for (int i = begin_of(l, c, p); i < begin_of(l, c + 1, p); i++) {
+                here->odd += odd[p * l->plane + i];
+                here->tested += tested[p * l->plane + i];
             }
-        }
     }
 }
 
-static bool keep_sight(struct sights *s, const struct reading *r, size_t value, size_t i,
-                       size_t cell)
+/* The rows of squares of a band, one after the other; their number. */
+static int look_at_squares(const struct reading *r, int view, int top, int rows)
 {
+    const int columns = r->look.width / r->square;
+    int seen = 0;
+    for (int k = 0; (k + 1) * r->square <= rows; k++)
+        if ((top / r->square + k) % r->every_square == 0)
+            view_look_coarsely(&r->view[view], &r->look, top + k * r->square, r->square,
+                               r->view[view].coarse + (size_t)(columns * seen++));
+    return seen;
+}
+
+/* What a band of two views, or of one with itself, tells of structure. */
+static void add_structure(struct sights *s, const struct reading *r, int j, int k, int squares)
+{
+    const int columns = r->look.width / r->square;
+    double sum = 0;
+    for (int y = 0; y < squares; y++)
+        for (int x = 0; x + 2 < columns; x++) {
+            size_t at = (size_t)(y * columns + x);
+            sum += (double)r->view[j].coarse[at] * (double)r->view[k].coarse[at];
+        }
+    s->structure[j][k] += sum;
+    if (j != k)
+        s->structure[k][j] += sum;
+}
+
+/* Squares of what a view's values of a place are off, less what noise explains. */
+static void add_excess(struct sights *s, const struct reading *r, int k, int y, int row, int place)
+{
+    const struct look *l = &r->look;
+    const int c = look_channel(l, y, place);
+    const double read2 = l->sensor->read_noise[c] * l->sensor->read_noise[c];
+    const size_t from = (size_t)place * (size_t)l->plane;
+    const float *residual = r->view[k].residual + (size_t)row * look_line(l) + from;
+    const float *dn = view_row(&r->view[k], l, y) + from;
+    for (int i = 0; i < l->plane; i++) {
+        const double e = (double)residual[i];
+        if (!(e == e))
+            continue;
+        double signal = fmax(((double)dn[i] - l->sensor->black[c]) / (1 + e), 1);
+        double noise = 9.0 / 8 * (read2 + signal / l->sensor->gain[c]) / (signal * signal);
+        double more = e * e - noise;
+        s->excess[c][k] += more;
+        s->excess2[c][k] += more * more;
+        s->smooth[c][k]++;
+    }
+}
+
+/* Products of what two views' values of a place are off. */
+static void add_products(struct sights *s, const struct reading *r, int j, int k, int y, int row,
+                         int place)
+{
+    const struct look *l = &r->look;
+    const size_t from = (size_t)row * look_line(l) + (size_t)place * (size_t)l->plane;
+    const float *first = r->view[j].residual + from, *second = r->view[k].residual + from;
+    double product = 0, product2 = 0, sum_first = 0, sum_second = 0, pairs = 0;
+    for (int i = 0; i < l->plane; i++) {
+        const double a = (double)first[i], b = (double)second[i], both = a * b;
+        if (!(both == both))
+            continue;
+        product += both;
+        product2 += both * both;
+        sum_first += a;
+        sum_second += b;
+        pairs++;
+    }
+    const int c = look_channel(l, y, place);
+    s->product[c][j][k] += product;
+    s->product2[c][j][k] += product2;
+    s->first[c][j][k] += sum_first;
+    s->second[c][j][k] += sum_second;
+    s->pairs[c][j][k] += pairs;
+}
+
+/* What a band tells of views j <= k. */
+static void add_pair(struct sights *s, const struct reading *r, int j, int k, int top, int rows,
+                     int squares)
+{
+    add_structure(s, r, j, k, squares);
+    for (int row = 0; row < rows; row++) {
+        const int y = top + row;
+        for (int place = 0; place < r->look.places && is_sampled(r, y); place++)
+            if (j == k)
+                add_excess(s, r, k, y, row, place);
+            else
+                add_products(s, r, j, k, y, row, place);
+    }
+}
+
+/* Value i of a row of the band, as the values stand there. */
+static bool keep_sight(struct sights *s, const struct reading *r, int y, int row, size_t i)
+{
+    const struct look *l = &r->look;
     if ((s->sights & (s->sights + 1)) == 0) {  // full: 0, 1, 3, 7, ... of them
         struct sight *grown = realloc(s->sight, (2 * s->sights + 1) * sizeof *grown);
         if (!grown)
             return false;
         s->sight = grown;
     }
+    const size_t plane = (size_t)l->plane, x = i % plane * (size_t)l->places + i / plane;
     struct sight *made = &s->sight[s->sights++];
-    *made = (struct sight){.at = value, .cell = cell};
+    *made = (struct sight){.at = (size_t)y * (size_t)l->count + x,
+                           .cell = (size_t)(y / CELL) * (size_t)cells_across(l)
+                                   + x / (size_t)l->channels / CELL};
     for (int k = 0; k < r->views; k++) {
-        unsigned flags = r->view[k].flags[i];
-        made->odd |= (flags & ODD ? 1u : 0) << k;
-        made->bright |= (flags & BRIGHT ? 1u : 0) << k;
-        made->tested |= (flags & TESTED ? 1u : 0) << k;
-        made->dim |= (flags & DIM ? 1u : 0) << k;
-        made->lit |= (flags & LIT ? 1u : 0) << k;
+        unsigned flags = r->view[k].flags[(size_t)row * look_line(l) + i];
+        made->odd |= (flags & LOOK_ODD ? 1u : 0) << k;
+        made->bright |= (flags & LOOK_BRIGHT ? 1u : 0) << k;
+        made->tested |= (flags & LOOK_TESTED ? 1u : 0) << k;
+        made->dim |= (flags & LOOK_DIM ? 1u : 0) << k;
+        made->lit |= (flags & LOOK_LIT ? 1u : 0) << k;
     }
     return true;
 }
 
-/* How many of `count` flags are odd, and tested. */
-WIDE static struct sight_count count_flags(const unsigned char *restrict flags, size_t count)
+/* Is one of the values odd in enough views? */
+WIDE static bool any_odd(const unsigned char *odd, size_t count)
 {
-    int odd = 0, tested = 0;
-    for (size_t i = 0; i < count; i++) {
-        odd += flags[i] & ODD;
-        tested += flags[i] & TESTED ? 1 : 0;
-    }
-    return (struct sight_count){odd, tested};
-}
-
-/* In how many of the views each value of a row is odd. */
-WIDE static void add_odd(unsigned char *restrict odd, const unsigned char *restrict flags,
-                         size_t count)
-{
+    unsigned char any = 0;
     for (size_t i = 0; i < count; i++)
-        odd[i] = (unsigned char)(odd[i] + (flags[i] & ODD));
+        any |= (unsigned char)(odd[i] >= SIGHTS_LEAST);
+    return any != 0;
 }
 
-static bool add_flags(struct sights *s, const struct reading *r, int top, int rows)
+static bool keep_sights(struct sights *s, const struct reading *r, int top, int rows)
 {
-    const size_t line = (size_t)r->count, wide = (size_t)CELL * (size_t)r->channels;
-    const size_t cells_across = (line + wide - 1) / wide;
-    unsigned char *odd = malloc(line);
-    bool ok = odd != NULL;
-    for (int row = 0; row < rows && ok; row++) {
-        memset(odd, 0, line);
-        for (int k = 0; k < r->views; k++)
-            add_odd(odd, r->view[k].flags + (size_t)row * line, line);
-        for (size_t left = 0; left < line && ok; left += wide) {
-            size_t cell = (size_t)((top + row) / CELL) * cells_across + left / wide;
-            size_t end = left + wide < line ? left + wide : line;
-            for (int k = 0; k < r->views; k++) {
-                struct sight_count *here = &s->cell[cell * (size_t)r->views + (size_t)k];
-                struct sight_count more =
-                    count_flags(r->view[k].flags + (size_t)row * line + left, end - left);
-                here->odd += more.odd;
-                here->tested += more.tested;
-            }
-            for (size_t x = left; x < end && ok; x++)
-                if (odd[x] >= SIGHTS_LEAST)
-                    ok = keep_sight(s, r, (size_t)(top + row) * line + x, (size_t)row * line + x,
-                                    cell);
+    enum { PIECE = 256 };
+    const size_t line = look_line(&r->look);
+    bool ok = true;
+    for (int row = 0; row < rows; row++)
+        for (size_t from = 0; from < line; from += PIECE) {
+            const unsigned char *odd = r->odd + (size_t)row * line;
+            const size_t end = from + PIECE < line ? from + PIECE : line;
+            if (!any_odd(odd + from, end - from))
+                continue;
+            for (size_t i = from; i < end && ok; i++)
+                if (odd[i] >= SIGHTS_LEAST)
+                    ok = keep_sight(s, r, top + row, row, i);
         }
-        s->photosites += (double)line;
-    }
-    free(odd);
+    s->photosites += (double)rows * (double)r->look.count;
     return ok;
 }
 
 /* A band of all views; false: a photograph or memory failed. */
-static bool read_band(struct sights *s, struct reading *r, int top, size_t stride, int threads)
+static bool read_band(struct sights *s, struct reading *r, int top)
 {
-    const int rows = r->height - top < BAND ? r->height - top : BAND;
-    const int columns = r->width / r->coarse_side;
-    bool ok = true;
-#pragma omp parallel for schedule(dynamic) num_threads(threads)
-    for (int k = 0; k < r->views; k++) {
-        struct view *v = &r->view[k];
-        bool read = fill(v, r, top) == STATUS_OK;
-        for (int row = 0; row < rows && read; row++)
-            look_at_row(v, r, top + row, row);
-        for (int y = 0; y + r->coarse_side <= rows && read; y += r->coarse_side)
-            look_coarsely(v, r, top + y, v->coarse + (size_t)(y / r->coarse_side * columns));
-#pragma omp critical(sights_read)
-        ok = ok && read;
-    }
-    if (!ok)
+    const int left = r->look.height - top, rows = left < LOOK_BAND ? left : LOOK_BAND;
+    int failed = 0, squares = 0;
+#pragma omp parallel for schedule(dynamic) num_threads(r->threads) reduction(+ : failed)
+    for (int k = 0; k < r->views; k++)
+        failed += !view_fill(&r->view[k], &r->look, top);
+    if (failed)
         return false;
-    add_structure(s, r, rows);
-    add_residuals(s, r, top, (size_t)top % stride, stride);
-    return add_flags(s, r, top, rows);
-}
-
-static bool make_view(struct view *v, const struct reading *r)
-{
-    const size_t line = (size_t)r->count, rows = BAND + 2 * (size_t)r->nearest.reach;
-    v->dn = malloc(rows * line * sizeof *v->dn);
-    v->flags = malloc(BAND * line);
-    v->residual = malloc(BAND * line * sizeof *v->residual);
-    v->coarse = malloc(BAND * line * sizeof *v->coarse);
-    return v->dn && v->flags && v->residual && v->coarse;
-}
-
-static void free_view(struct view *v)
-{
-    photo_close(v->file);
-    free(v->dn);
-    free(v->flags);
-    free(v->residual);
-    free(v->coarse);
-    *v = (struct view){0};
+#pragma omp parallel for schedule(dynamic) num_threads(r->threads)
+    for (int k = 0; k < rows; k++)
+        look_at_row(r, top + k, k);
+#pragma omp parallel for schedule(dynamic) num_threads(r->threads) reduction(max : squares)
+    for (int k = 0; k < r->views; k++) {
+        count_cells(s, r, k, top, rows);
+        squares = look_at_squares(r, k, top, rows);
+    }
+#pragma omp parallel for schedule(dynamic) num_threads(r->threads)
+    for (int pair = 0; pair < r->views * r->views; pair++)
+        if (pair / r->views <= pair % r->views)
+            add_pair(s, r, pair / r->views, pair % r->views, top, rows, squares);
+    return keep_sights(s, r, top, rows);
 }
 
 /* The longest frame of a shot that is not left out; -1: there is none. */
@@ -423,11 +288,12 @@ static void open_views(struct reading *r, const struct capture *capture, int cam
         struct view *v = &r->view[r->views];
         if (path && photo_open(&v->file, path, NULL) == STATUS_OK) {
             const struct photo *info = &v->file->info;
-            bool fits = info->width == r->width && info->height == r->height
-                        && info->channels == r->channels && strcmp(info->cfa, r->cfa) == 0;
+            bool fits = info->width == r->look.width && info->height == r->look.height
+                        && info->channels == r->look.channels
+                        && strcmp(info->cfa, r->look.cfa) == 0;
             r->views += fits;
             if (!fits)
-                free_view(v);
+                view_free(v);
         }
         free(path);
     }
@@ -441,6 +307,57 @@ static const struct photo *first_photo(const struct capture *capture, int camera
     return NULL;
 }
 
+/* Rows and their sums; false: out of memory. */
+static bool make_room(struct reading *r, struct sights *s)
+{
+    const size_t line = look_line(&r->look);
+    const size_t cells = (size_t)cells_across(&r->look) * ((size_t)r->look.height / CELL + 1);
+    s->cell = calloc(cells * SIGHTS_MAX, sizeof *s->cell);
+    r->odd = malloc(LOOK_BAND * line);
+    r->column = malloc(2 * SIGHTS_MAX * line);
+    bool ok = s->cell && r->odd && r->column;
+    for (int k = 0; k < r->views; k++)
+        ok = view_make(&r->view[k], &r->look) && ok;
+    return ok;
+}
+
+static void free_room(struct reading *r)
+{
+    for (int k = 0; k < SIGHTS_MAX; k++)
+        view_free(&r->view[k]);
+    free(r->odd);
+    free(r->column);
+    free(r);
+}
+
+static void plan_samples(struct reading *r)
+{
+    const double values = (double)r->look.count * r->look.height;
+    r->square = r->look.side == 6 ? 6 : 8;
+    const double squares = (double)r->look.width * r->look.height / (r->square * r->square);
+    r->every = (int)fmax(values / SAMPLES, 1);
+    r->every_square = (int)fmax(squares / SQUARES, 1);
+}
+
+static int by_place(const void *a, const void *b)
+{
+    const struct sight *p = a, *q = b;
+    return (p->at > q->at) - (p->at < q->at);
+}
+
+/* The whole image of the cells, and sights in order. */
+static void finish(struct sights *s, const struct look *look)
+{
+    const size_t cells = (size_t)cells_across(look) * ((size_t)look->height / CELL + 1);
+    for (size_t i = 0; i < cells; i++)
+        for (int k = 0; k < s->views; k++) {
+            s->all[k].odd += s->cell[i * (size_t)s->views + (size_t)k].odd;
+            s->all[k].tested += s->cell[i * (size_t)s->views + (size_t)k].tested;
+        }
+    if (s->sights > 0)
+        qsort(s->sight, s->sights, sizeof *s->sight, by_place);
+}
+
 enum status sights_read(struct sights *sights, const struct capture *capture, int camera,
                         const struct sensor *sensor, const bool *left_out, const struct run *run,
                         struct error *err)
@@ -452,40 +369,21 @@ enum status sights_read(struct sights *sights, const struct capture *capture, in
     struct sights made = {0};
     if (!r)
         return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
-    *r = (struct reading){.sensor = sensor,
-                          .width = photo->width,
-                          .height = photo->height,
-                          .channels = photo->channels,
-                          .count = photo->width * photo->channels};
-    memcpy(r->cfa, photo->cfa, sizeof r->cfa);
-    r->coarse_side = r->channels == 1 && cap_cfa_side(r->cfa) == 6 ? 6 : 8;
-    find_nearest(r);
+    r->threads = run->threads;
+    r->look = look_for(photo, sensor);
+    plan_samples(r);
     open_views(r, capture, camera, left_out);
     made.views = r->views;
-    size_t values = (size_t)r->count * (size_t)r->height;
-    size_t cells = ((size_t)r->width / CELL + 1) * ((size_t)r->height / CELL + 1);
-    // A step that comes to all places of every cell of filters.
-    size_t stride = 6 * (values / SAMPLES / 6) + 1;
-    made.cell = calloc(cells * SIGHTS_MAX, sizeof *made.cell);
-    bool ok = made.cell != NULL, memory = ok;
-    for (int k = 0; k < r->views; k++)
-        memory = make_view(&r->view[k], r) && memory;
-    memory = made.cell && make_scales(r) && memory;
-    ok = memory;
-    int step = r->views < SIGHTS_LEAST ? THIN * BAND : BAND;
-    for (int top = 0; top < r->height && ok && r->views > 0; top += step)
-        ok = read_band(&made, r, top, stride, run->threads);
-    for (size_t i = 0; made.cell && i < cells; i++)
-        for (int k = 0; k < made.views; k++) {
-            made.all[k].odd += made.cell[i * (size_t)made.views + (size_t)k].odd;
-            made.all[k].tested += made.cell[i * (size_t)made.views + (size_t)k].tested;
-        }
-    for (int k = 0; k < SIGHTS_MAX; k++)
-        free_view(&r->view[k]);
-    free(r->scale);
-    free(r);
-    if (!ok || made.views == 0)
+    const bool memory = make_room(r, &made);
+    const int step = r->views < SIGHTS_LEAST ? THIN * LOOK_BAND : LOOK_BAND;
+    bool ok = memory && r->views > 0;
+    for (int top = 0; top < r->look.height && ok; top += step)
+        ok = read_band(&made, r, top);
+    if (ok)
+        finish(&made, &r->look);
+    else
         sights_free(&made);  // a damaged photograph: nothing is told; the merge names it
+    free_room(r);
     *sights = made;
     return memory ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "rows of photographs");
 }
