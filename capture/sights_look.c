@@ -173,8 +173,8 @@ static inline __attribute__((always_inline)) void look_at(unsigned char *restric
         const float noise = photons + unequal2 * mean * mean;
         const float off = HIGH(x - high, low - x);
         const int dim = mean < dim_below ? LOOK_DIM : 0;
-        const int lit = (low > 0) & (low * low > lit2 * photons) ? LOOK_LIT : 0;
-        const int odd = (off > 0) & (off * off > odd2 * noise) ? LOOK_ODD : 0;
+        const int lit = ((low > 0) & (low * low > lit2 * photons)) ? LOOK_LIT : 0;
+        const int odd = ((off > 0) & (off * off > odd2 * noise)) ? LOOK_ODD : 0;
         const int bright = odd && x > high ? LOOK_BRIGHT : 0;
         const int seen = high < scale.full ? LOOK_TESTED | dim | lit | odd | bright : 0;
         flags[i] = (unsigned char)seen;
