@@ -1,4 +1,7 @@
-/* png_read.c -- PNG photographs through libpng: RGB, gray or of a palette, not interlaced.
+/* png_read.c -- PNG photographs through libpng: RGB, gray or of a palette.
+ *
+ * The rows of an interlaced file come in seven passes: it is decoded whole, by the first row that
+ * is read.
  *
  * libpng's errors leave by longjmp. Files of 8 bits and less are taken for encoded, 16-bit ones for
  * linear, as TIFF files are, unless they say themselves that they are not: by a chunk sRGB, or by
@@ -18,6 +21,8 @@ struct png_file {
     png_infop info;
     FILE *stream;
     png_bytep line;
+    png_bytep
+        *whole;     // [height] rows of an interlaced file, one block of memory; NULL: not decoded
     float *linear;  // [65536] DN of 16-bit codes that are encoded; else NULL
     char message[200];
 };
@@ -52,6 +57,8 @@ static void ask_for_rgb(struct png_file *file)
     if (info->gray)
         png_set_gray_to_rgb(file->png);
     png_set_strip_alpha(file->png);
+    file->base.at_once = png_set_interlace_handling(file->png) > 1;
+    file->base.any_row = file->base.at_once;
     if (png_get_bit_depth(file->png, file->info) == 16)
         png_set_swap(file->png);
     png_read_update_info(file->png, file->info);
@@ -95,8 +102,6 @@ static enum status begin(struct png_file *file, struct error *err)
     png_init_io(file->png, file->stream);
     png_read_info(file->png, file->info);
     struct photo *info = &file->base.info;
-    if (png_get_interlace_type(file->png, file->info) != PNG_INTERLACE_NONE)
-        return fail(file, err, "an interlaced PNG; save it without interlacing");
     info->width = (int)png_get_image_width(file->png, file->info);
     info->height = (int)png_get_image_height(file->png, file->info);
     info->channels = 3;
@@ -112,26 +117,72 @@ static enum status begin(struct png_file *file, struct error *err)
                       : cap_fail(err, STATUS_MEMORY, "%s", file->base.path);
 }
 
-static void take_row(const struct png_file *file, float *dn)
+static void take_row(const struct png_file *file, png_const_bytep line, float *dn)
 {
     const size_t count = 3 * (size_t)file->base.info.width;
-    const uint8_t *narrow = file->line;
-    const uint16_t *wide = (const void *)file->line;
+    const uint8_t *narrow = line;
+    const uint16_t *wide = (const void *)line;
     for (size_t i = 0; i < count; i++)
         dn[i] = file->base.info.bits == 8 ? narrow[i]
                 : file->linear            ? file->linear[wide[i]]
                                           : wide[i];
 }
 
+/* Room for the rows of an interlaced file. */
+static enum status make_whole(struct png_file *file, struct error *err)
+{
+    const size_t height = (size_t)file->base.info.height;
+    const size_t line = (png_get_rowbytes(file->png, file->info) + 1) / 2 * 2;  // 16 bits, aligned
+    photo_make_room();
+    png_bytep *row = malloc(height * sizeof *row);
+    png_bytep all = row ? calloc(height, line) : NULL;
+    if (!all) {
+        free(row);
+        return cap_fail(err, STATUS_MEMORY, "%s", file->base.path);
+    }
+    for (size_t y = 0; y < height; y++)
+        row[y] = all + y * line;
+    file->whole = row;
+    return STATUS_OK;
+}
+
+static void free_whole(struct png_file *file)
+{
+    if (file->whole)
+        free(file->whole[0]);
+    free(file->whole);
+    file->whole = NULL;
+}
+
+static enum status read_whole(struct png_file *file, struct error *err)
+{
+    enum status status = make_whole(file, err);
+    if (status)
+        return status;
+    if (setjmp(png_jmpbuf(file->png))) {
+        free_whole(file);
+        return fail(file, err, file->message);
+    }
+    png_read_image(file->png, file->whole);
+    return STATUS_OK;
+}
+
 static enum status read_rows(struct photo_file *base, float *dn, int rows, struct error *err)
 {
     struct png_file *file = (struct png_file *)base;
+    const size_t count = 3 * (size_t)base->info.width;
+    if (base->at_once) {
+        enum status status = dn && !file->whole ? read_whole(file, err) : STATUS_OK;
+        for (int y = 0; y < rows && dn && !status; y++)
+            take_row(file, file->whole[base->row + y], dn + (size_t)y * count);
+        return status;
+    }
     if (setjmp(png_jmpbuf(file->png)))
         return fail(file, err, file->message);
     for (int y = 0; y < rows; y++) {
         png_read_row(file->png, file->line, NULL);
         if (dn)
-            take_row(file, dn + 3 * (size_t)y * (size_t)base->info.width);
+            take_row(file, file->line, dn + (size_t)y * count);
     }
     return STATUS_OK;
 }
@@ -143,6 +194,7 @@ static void close_file(struct photo_file *base)
         png_destroy_read_struct(&file->png, &file->info, NULL);
     if (file->stream)
         fclose(file->stream);
+    free_whole(file);
     free(file->line);
     free(file->linear);
 }

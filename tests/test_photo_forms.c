@@ -196,11 +196,10 @@ static double due_of_png(const struct png_row *r, int x, int y, int c)
     return 65535 * (r->gamma < 0 ? v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4) : v);
 }
 
-static void test_png(void **state)
+static void expect_png(const struct png_row *r, int interlace)
 {
-    const struct png_row *r = *state;
     struct photo info;
-    write_png_form(r, PNG_INTERLACE_NONE);
+    write_png_form(r, interlace);
     float *dn = read_all(&info);
     assert_int_equal(info.channels, 3);
     assert_int_equal(info.bits, r->bits == 16 ? 16 : 8);
@@ -213,11 +212,30 @@ static void test_png(void **state)
     free(dn);
 }
 
-static void test_interlaced_png_is_refused(void **state)
+static void test_png(void **state)
+{
+    expect_png(*state, PNG_INTERLACE_NONE);
+}
+
+static void test_interlaced_png(void **state)
 {
     (void)state;
-    write_png_form(&(struct png_row){"", PNG_COLOR_TYPE_RGB, 8, 0}, PNG_INTERLACE_ADAM7);
-    expect_refused("interlaced");
+    for (int i = 0; i < PNG_ROWS; i++)
+        expect_png(&png_rows[i], PNG_INTERLACE_ADAM7);
+}
+
+static void test_interlaced_png_that_ends_early_is_refused(void **state)
+{
+    (void)state;
+    write_png_form(&(struct png_row){"", PNG_COLOR_TYPE_RGB, 16, 0}, PNG_INTERLACE_ADAM7);
+    assert_int_equal(truncate(path, 200), 0);
+    struct photo_file *file;
+    struct error err = {0};
+    static float dn[3 * PIXELS];
+    assert_int_equal(photo_open(&file, path, &err), STATUS_OK);
+    assert_int_equal(photo_read(file, dn, HEIGHT, &err), STATUS_FORMAT);
+    photo_close(file);
+    photo_forget();
 }
 
 /* ---- JPEG -------------------------------------------------------------------------------- */
@@ -287,7 +305,8 @@ int main(void)
 {
     const struct CMUnitTest more[] = {
         cmocka_unit_test(test_tiff_of_a_palette_is_refused),
-        cmocka_unit_test(test_interlaced_png_is_refused),
+        cmocka_unit_test(test_interlaced_png),
+        cmocka_unit_test(test_interlaced_png_that_ends_early_is_refused),
         cmocka_unit_test(test_gray_jpeg),
         cmocka_unit_test(test_progressive_jpeg),
         cmocka_unit_test(test_jpeg_of_print_is_refused),
