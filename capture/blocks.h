@@ -2,18 +2,35 @@
 #ifndef GONIOCAM_BLOCKS_H
 #define GONIOCAM_BLOCKS_H
 
+#include "coding.h"
 #include "merge.h"
+#include "response.h"
 
-enum { BLOCK_SIDE = 8 };  // of JPEG's transform
+/** DN from one code to the next, at a DN of 0 to 65535: step[channel][dn / STEP_DN]. */
+enum { STEPS = 4096, STEP_DN = 65536 / STEPS };
+struct code_steps {
+    float step[3][STEPS];
+};
+void blocks_steps(struct code_steps *steps, const struct curve *curve);
 
-/** How the frames of each value disagree: chi^2 about what merge_row() made of them, and its
- *  degrees of freedom (0 where fewer than two frames serve); [count] each. variance grows to that
- * of the best single frame. row as merge_row() had it. */
+/** One row of the frames of encoded photographs, before and after merge_row(); all borrowed. */
+struct encoded_row {
+    const struct merge_row *row;  // as merge_row() had it
+    const float *const *dn;       // [frames][count]
+    const double *time;           // [frames]
+    const float *const *kept;     // [frames] -> [blocks][3] of the row: see coding.h; NULL: unknown
+    const float *const *lost;
+    const struct code_steps *steps;
+    int frames;
+};
+/** How the frames of each value disagree: the squares of what is between them and what merge_row()
+ *  made of them, in variances, and how much that should be (0 where fewer than two frames serve);
+ *  [count] each. variance becomes what their codes are worth together. */
 void blocks_disagreement(float *chi2, float *freedom, float *variance, const float *value,
-                         const struct merge_row *row, const float *const *dn, const double *time,
-                         int frames);
-/** Give the noise in variance[rows][width][3] the size that the blocks' chi2 tells; what frames
- *  share, relative2 of the value squared, stays. The first row begins a row of blocks. */
+                         const struct encoded_row *encoded);
+/** Give variance[rows][count] the size that the blocks' chi2 tells, and add what frames share,
+ *  relative2 of the value squared; modelled: kept and lost were known. The first row begins a row
+ *  of blocks. */
 void blocks_apply(float *variance, const float *value, const float *chi2, const float *freedom,
-                  const struct merge_row *row, int rows);
+                  const struct merge_row *row, bool modelled, int rows);
 #endif

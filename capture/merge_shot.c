@@ -14,6 +14,13 @@
 #include <omp.h>
 #include <stdlib.h>
 
+/* What encoded photographs need besides: blocks.h, coding.h. */
+struct encoded {
+    float *chi2, *freedom;                     // [rows][count]
+    struct coding coding[BRACKET_FRAMES_MAX];  // of the frames
+    struct code_steps steps;
+};
+
 /* What a thread needs for a band. */
 struct worker {
     struct bracket bracket;
@@ -21,9 +28,69 @@ struct worker {
     int sides;
     float *value, *variance;  // [rows][count]
     float *room;              // [rows][frames_room()]
-    float *chi2, *freedom;    // [rows][count] of encoded photographs: blocks.h; else NULL
+    struct encoded *encoded;  // of encoded photographs; else NULL
     unsigned char *packed;    // [rows] lines of the file
 };
+
+/* Variance of the sensor's noise in codes, where each code stands. */
+static void noise_in_codes(struct code_noise *noise, const struct learned *learned)
+{
+    for (int code = 0; code < 256; code++)
+        for (int c = 0; c < 3; c++) {
+            const struct sensor *sensor = &learned->sensor;
+            const float *dn = learned->curve.dn[c];
+            int low = code > 0 ? code - 1 : 0, high = code < 255 ? code + 1 : 255;
+            double step = (double)(dn[high] - dn[low]) / (high - low);
+            double variance =
+                sensor->read_noise[c] * sensor->read_noise[c] + (double)dn[code] / sensor->gain[c];
+            noise->variance[code][c] = variance / fmax(step * step, 1e-6);
+        }
+}
+
+/* What the frames' codes are worth; a broken file shows when its rows are read. */
+static enum status read_codings(struct encoded *e, const struct bracket *bracket,
+                                const struct job *job, const struct learned *learned,
+                                struct error *err)
+{
+    struct code_noise noise;
+    enum status status = STATUS_OK;
+    noise_in_codes(&noise, learned);
+#pragma omp parallel for schedule(dynamic) num_threads(job->threads)
+    for (int f = 0; f < bracket->frames; f++) {
+        struct error own = {0};
+        enum status one = coding_read(&e->coding[f], bracket->file[f]->path, &noise, &own);
+        if (one == STATUS_MEMORY) {
+#pragma omp critical(merge_shot_coding)
+            status = cap_fail(err, one, "%s", own.text);
+        }
+    }
+    return status;
+}
+
+static enum status encoded_open(struct worker *w, const struct job *job,
+                                const struct learned *learned, size_t values, struct error *err)
+{
+    struct encoded *e = w->encoded = calloc(1, sizeof *e);
+    if (!e)
+        return cap_fail(err, STATUS_MEMORY, "a band of rows");
+    e->chi2 = malloc(values * sizeof *e->chi2);
+    e->freedom = malloc(values * sizeof *e->freedom);
+    if (!e->chi2 || !e->freedom)
+        return cap_fail(err, STATUS_MEMORY, "a band of rows");
+    blocks_steps(&e->steps, &learned->curve);
+    return read_codings(e, &w->bracket, job, learned, err);
+}
+
+static void encoded_close(struct encoded *e)
+{
+    if (!e)
+        return;
+    for (int f = 0; f < BRACKET_FRAMES_MAX; f++)
+        coding_free(&e->coding[f]);
+    free(e->chi2);
+    free(e->freedom);
+    free(e);
+}
 
 static enum status worker_open(struct worker *w, const struct job *job, const struct shot *shot,
                                const struct exr_header *header, int *bad, struct error *err)
@@ -44,14 +111,9 @@ static enum status worker_open(struct worker *w, const struct job *job, const st
     w->variance = malloc(values * sizeof *w->variance);
     w->room = malloc(rows * frames_room(w->row[0].count) * sizeof *w->room);
     w->packed = malloc(rows * exr_line_size(header));
-    if (learned->encoded) {
-        w->chi2 = malloc(values * sizeof *w->chi2);
-        w->freedom = malloc(values * sizeof *w->freedom);
-    }
-    if (!w->value || !w->variance || !w->room || !w->packed
-        || (learned->encoded && (!w->chi2 || !w->freedom)))
+    if (!w->value || !w->variance || !w->room || !w->packed)
         return cap_fail(err, STATUS_MEMORY, "%s: a band of rows", shot->name);
-    return STATUS_OK;
+    return learned->encoded ? encoded_open(w, job, learned, values, err) : STATUS_OK;
 }
 
 static void worker_close(struct worker *w)
@@ -62,9 +124,28 @@ static void worker_close(struct worker *w)
     free(w->value);
     free(w->variance);
     free(w->room);
-    free(w->chi2);
-    free(w->freedom);
+    encoded_close(w->encoded);
     free(w->packed);
+}
+
+/* The errors of the frames of row y, the k-th of what was read. */
+static void compare_frames(const struct worker *w, const struct merge_row *row,
+                           const float *const *dn, int y, int k)
+{
+    struct encoded *e = w->encoded;
+    const size_t at = (size_t)k * (size_t)row->count;
+    const float *kept[BRACKET_FRAMES_MAX] = {NULL}, *lost[BRACKET_FRAMES_MAX] = {NULL};
+    for (int f = 0; f < w->bracket.frames; f++) {
+        const struct coding *coding = &e->coding[f];
+        size_t first = 3 * (size_t)(y / BLOCK_SIDE) * (size_t)coding->across;
+        if (coding->kept) {
+            kept[f] = coding->kept + first;
+            lost[f] = coding->lost + first;
+        }
+    }
+    const struct encoded_row encoded = {row,  dn,        w->bracket.time,  kept,
+                                        lost, &e->steps, w->bracket.frames};
+    blocks_disagreement(e->chi2 + at, e->freedom + at, w->variance + at, w->value + at, &encoded);
 }
 
 /* Row y of the image, the k-th of what was read. */
@@ -77,9 +158,8 @@ static void merge_line(const struct worker *w, const struct frames *frames, int 
         dn[f] = w->bracket.dn[f] + at;
     frames_row(frames, &row, y, w->room + (size_t)k * frames_room(row.count));
     merge_row(w->value + at, w->variance + at, &row, dn, w->bracket.time, w->bracket.frames);
-    if (w->chi2)
-        blocks_disagreement(w->chi2 + at, w->freedom + at, w->variance + at, w->value + at, &row,
-                            dn, w->bracket.time, w->bracket.frames);
+    if (w->encoded)
+        compare_frames(w, &row, dn, y, k);
     frames_finish(frames, &row, y, w->value + at, w->variance + at);
 }
 
@@ -94,7 +174,7 @@ static void pack_line(const struct worker *w, const struct exr_header *header, i
 /* Blocks of encoded photographs need the whole band. */
 static bool by_rows(const struct worker *w, int threads)
 {
-    return threads == 1 && !w->chi2;
+    return threads == 1 && !w->encoded;
 }
 
 static enum status merge_band(struct worker *w, const struct frames *frames,
@@ -117,11 +197,13 @@ static enum status merge_band(struct worker *w, const struct frames *frames,
 #pragma omp parallel for schedule(static) num_threads(threads)
     for (int k = 0; k < rows; k++) {
         merge_line(w, frames, top + k, k);
-        if (!w->chi2)
+        if (!w->encoded)
             pack_line(w, header, k, k);
     }
-    if (w->chi2) {
-        blocks_apply(w->variance, w->value, w->chi2, w->freedom, &w->row[0], rows);
+    if (w->encoded) {
+        const struct encoded *e = w->encoded;
+        blocks_apply(w->variance, w->value, e->chi2, e->freedom, &w->row[0], e->coding[0].kept,
+                     rows);
         for (int k = 0; k < rows; k++)
             pack_line(w, header, k, k);
     }

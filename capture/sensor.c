@@ -122,16 +122,6 @@ static enum status find_curve(struct learned *learned, const struct capture *cap
     return STATUS_OK;
 }
 
-/* What all frames of encoded photographs share: the curve's own error, and the rounding that
- * follows the scene and not the exposure (chroma is subsampled, edges are smeared): as much as
- * rounding to whole codes, 1/sqrt(12), at a middle code. */
-static double curve_error(const struct curve *curve, int c)
-{
-    const float *dn = curve->dn[c];
-    double slope = dn[124] > 0 ? log((double)dn[132] / (double)dn[124]) / 8 : 0;
-    return hypot(curve->relative[c], slope / sqrt(12));
-}
-
 /* Levels and times depend on each other weakly: dark photosites tell one, bright ones the other. */
 static void find_times(struct sensor *sensor, double *seconds, const struct capture *capture,
                        struct sample_set *set, const struct sensor_known *known,
@@ -175,7 +165,7 @@ enum status sensor_learn(struct learned *learned, double *seconds, bool *left_ou
         moved_find(left_out, capture, &set, &made.sensor, run);
         find_noise(&made.sensor, &set, &known, &doubts);
         for (int c = 0; c < 3 && made.encoded; c++)
-            made.sensor.relative[c] = curve_error(&made.curve, c);
+            made.sensor.relative[c] = made.curve.relative[c];
         tell_doubts(&doubts, &known, run);
         *learned = made;
     }

@@ -37,6 +37,14 @@ static double stated(const struct sensor *s, double time)
     return sqrt(pow(s->read_noise[0], 2) + rate * time / s->gain[0]);
 }
 
+/* Frames of an unknown encoder. */
+static struct encoded_row encoded_row(const struct merge_row *row, const float *const *frames)
+{
+    static const float *const unknown[FRAMES];
+    static const struct code_steps steps;
+    return (struct encoded_row){row, frames, times, unknown, unknown, &steps, FRAMES};
+}
+
 static void merge(const struct sensor *sensor, double smooth, double rough, uint64_t seed)
 {
     struct merge_row row = {0};
@@ -53,10 +61,10 @@ static void merge(const struct sensor *sensor, double smooth, double rough, uint
         for (int f = 0; f < FRAMES; f++)
             frames[f] = dn[f] + at;
         merge_row(value + at, variance + at, &row, frames, times, FRAMES);
-        blocks_disagreement(chi2 + at, freedom + at, variance + at, value + at, &row, frames, times,
-                            FRAMES);
+        const struct encoded_row one = encoded_row(&row, frames);
+        blocks_disagreement(chi2 + at, freedom + at, variance + at, value + at, &one);
     }
-    blocks_apply(variance, value, chi2, freedom, &row, ROWS);
+    blocks_apply(variance, value, chi2, freedom, &row, false, ROWS);
     merge_row_free(&row);
 }
 
@@ -67,13 +75,14 @@ static void test_each_block_has_its_own_noise(void **state)
     merge(&sensor, 0.4, 3, 7);
     for (int y = 0; y < ROWS; y++)
         for (int i = 0; i < COUNT; i++) {
-            double best = stated(&sensor, times[FRAMES - 1]) / times[FRAMES - 1] / 65535;
-            // What smooth blocks do not have is shared by the frames as well.
-            double square = pow(factor_at(i / 3, y, 0.4, 3), 2);
-            double due = sqrt(square + fmax(square - 0.5, 0)) * best;
-            double prior = 4.0 / (4 + 128);  // of a block's degrees of freedom
+            double information = 0, factor = factor_at(i / 3, y, 0.4, 3);
+            for (int f = 0; f < FRAMES; f++)
+                information += pow(times[f] / stated(&sensor, times[f]), 2);
+            double all = 1 / sqrt(information) / 65535;  // of all frames, as the sensor states it
+            double prior = 4.0 / (4 + 128);              // of a block's degrees of freedom
             // 128 degrees of freedom know a deviation to 1/16.
-            assert_near(sqrt((double)variance[y * COUNT + i]), due, due / 4 + prior * best);
+            assert_near(sqrt((double)variance[y * COUNT + i]), factor * all,
+                        factor * all / 4 + prior * all);
         }
 }
 
@@ -99,8 +108,9 @@ static void test_saturated_ones_stay_so(void **state)
     for (int i = 0; i < COUNT; i++)
         dn[0][i] = 65000;
     merge_row(value, variance, &row, frames, times, FRAMES);
-    blocks_disagreement(chi2, freedom, variance, value, &row, frames, times, FRAMES);
-    blocks_apply(variance, value, chi2, freedom, &row, 1);
+    const struct encoded_row one = encoded_row(&row, frames);
+    blocks_disagreement(chi2, freedom, variance, value, &one);
+    blocks_apply(variance, value, chi2, freedom, &row, false, 1);
     for (int i = 0; i < COUNT; i++)
         assert_true(variance[i] == INFINITY && freedom[i] == 0);
     merge_row_free(&row);

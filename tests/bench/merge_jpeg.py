@@ -5,7 +5,9 @@
 
 Over pixels that are well exposed in at least one frame: unsaturated, and within 5 % to 90 % of the scale in the longest
 frame that is not saturated there. One factor a channel is free (a response curve has none of its own). Issue 4 asks for
-a median of at most 1 % and 95 % at most 4 %; 68 % within 1 stated sigma, 95 % within 2.
+a median of at most 1 % and 95 % at most 4 %; 68 % within 1 stated sigma, 95 % within 2: of the difference, whose
+variance is that of both maps. (The encoder smooths noise away that the linear map still has. Of the JPEG's variance
+alone, printed last, fewer have to be within. Against truth: merge_encoded.py.)
 """
 import glob
 import os
@@ -26,7 +28,7 @@ def times_of(path):
 
 def main():
     ours, theirs = sys.argv[1:3]
-    errors, zs = [[], [], []], [[], [], []]
+    errors, both, alone = [[], [], []], [[], [], []], [[], [], []]
     for path in sorted(glob.glob(os.path.join(ours, "radiance", "*.exr"))):
         other = os.path.join(theirs, "radiance", os.path.basename(path))
         if not os.path.exists(other):
@@ -40,15 +42,18 @@ def main():
         for c in range(3):
             g = good[..., c]
             errors[c].append(a[..., c][g] / b[..., c][g])
-            zs[c].append(np.sqrt(va[..., c][g] + vb[..., c][g] * 0) / b[..., c][g])
-    print("%-3s %10s %10s %10s %9s %9s %10s" % ("", "scale", "median %", "95 %", "1 sigma", "2 sigma", "pixels"))
+            alone[c].append(np.sqrt(va[..., c][g]) / a[..., c][g])
+            both[c].append(np.hypot(alone[c][-1], np.sqrt(vb[..., c][g]) / b[..., c][g]))
+    print("%-3s %10s %10s %10s %9s %9s %10s %15s" % ("", "scale", "median %", "95 %", "1 sigma", "2 sigma", "pixels",
+                                                     "JPEG's alone"))
     for c, name in enumerate("RGB"):
-        e, sigma = np.concatenate(errors[c]), np.concatenate(zs[c])
+        e = np.concatenate(errors[c])
         scale = np.median(e)
         d = np.abs(e / scale - 1)
-        z = d / (sigma / scale)
-        print("%-3s %10.5f %10.3f %10.3f %9.3f %9.3f %10d" % (name, scale, 100 * np.median(d), 100 * np.quantile(d, 0.95),
-                                                            np.mean(z < 1), np.mean(z < 2), d.size))
+        z, za = d / np.concatenate(both[c]), d / np.concatenate(alone[c])
+        print("%-3s %10.5f %10.3f %10.3f %9.3f %9.3f %10d %9.3f %5.3f" % (
+            name, scale, 100 * np.median(d), 100 * np.quantile(d, 0.95), np.mean(z < 1), np.mean(z < 2), d.size,
+            np.mean(za < 1), np.mean(za < 2)))
 
 
 if __name__ == "__main__":
