@@ -1,5 +1,6 @@
 /* sensor.c -- what the merge has to know of a camera, learned from a sample of its photographs. */
 #include "sensor.h"
+#include "black.h"
 #include "moved.h"
 #include "photo.h"
 #include "recover.h"
@@ -164,6 +165,7 @@ enum status sensor_learn(struct learned *learned, double *seconds, bool *left_ou
     if (!status) {
         moved_find(left_out, capture, &set, &made.sensor, run);
         find_noise(&made.sensor, &set, &known, &doubts);
+        sensor_refine_black(&made.sensor, set.channel, set.samples, &known, left_out);
         for (int c = 0; c < 3 && made.encoded; c++)
             made.sensor.relative[c] = made.curve.relative[c];
         tell_doubts(&doubts, &known, run);

@@ -1,4 +1,5 @@
 /* Levels and noise, found on brackets of a chip whose levels and noise are known. */
+#include "black.h"
 #include "sensor.h"
 #include "synthetic.h"
 
@@ -97,6 +98,72 @@ static void test_chip(void **state)
     }
 }
 
+/* Fisher's information on the black level in photosites of evenly spread logarithms of radiance, a
+ * tenth black, as expose() makes them: of the frames but one, with x t_0 up to 25 DN. */
+static double information(const struct chip *chip, const double *time, double brightest)
+{
+    enum { STEPS = 1000 };
+    const double read2 = pow(chip->read_noise / chip->gain, 2) + 1.0 / 12;
+    double sum = 0;
+    for (int k = 0; k <= STEPS; k++) {
+        double rate = k == STEPS ? 0 : brightest * pow(10, -4 * (k + 0.5) / STEPS) / chip->gain;
+        double s0 = 0, s1 = 0, s2 = 0;
+        if (rate * time[0] > 25 || rate * time[FRAMES - 2] > 0.95 * chip->top)
+            continue;
+        for (int f = 0; f < FRAMES; f++) {
+            if (f == FRAMES - 2 || rate * time[f] > 0.95 * chip->top)
+                continue;
+            double w = 1 / (read2 + rate * time[f] / chip->gain);
+            s0 += w;
+            s1 += w * time[f];
+            s2 += w * time[f] * time[f];
+        }
+        sum += (k == STEPS ? 0.1 : 0.9 / STEPS) * PHOTOSITES * (s0 - s1 * s1 / s2);
+    }
+    return sum;
+}
+
+/* Channels of one level serve each other; one that is its own stays so. */
+static void test_black_is_as_good_as_photographs_tell(void **state)
+{
+    (void)state;
+    enum { CAPTURES = 6 };
+    const struct chip chip = {128, 5.3, 6, 1e9, 4095};
+    const double brightest = 3e6;
+    for (int k = 0; k < CAPTURES; k++) {
+        const double apart = k < CAPTURES / 2 ? 0 : 3;
+        struct bracket bracket;
+        struct sensor sensor;
+        struct sensor_doubts doubts = {0};
+        expose(&bracket, &chip, FRAMES, 4, brightest);
+        for (int f = 0; f < FRAMES; f++)
+            for (int i = 0; i < PHOTOSITES; i++)
+                bracket.dn[2][f][i] += (float)apart;
+        sensor_from_samples(&sensor, bracket.channel, 1, &nothing, &doubts);
+        sensor_refine_black(&sensor, bracket.channel, 1, &nothing, NULL);
+        release(&bracket);
+        double sigma = 1 / sqrt(information(&chip, bracket.time, brightest));
+        for (int c = 0; c < 3; c++)
+            assert_near(sensor.black[c], chip.black + (c == 2 ? apart : 0),
+                        3.5 * sigma / (apart > 0 ? 1 : sqrt(3)));
+    }
+}
+
+static void test_a_known_black_stays(void **state)
+{
+    (void)state;
+    const struct chip chip = {128, 12.6, 5, 48000, 4095};
+    const struct sensor_known known = {{100, 100, 100}, NAN, NAN, NAN, NAN, false, false};
+    struct bracket bracket;
+    struct sensor sensor;
+    struct sensor_doubts doubts = {0};
+    expose(&bracket, &chip, FRAMES, 4, 3e7);
+    sensor_from_samples(&sensor, bracket.channel, 1, &known, &doubts);
+    sensor_refine_black(&sensor, bracket.channel, 1, &known, NULL);
+    release(&bracket);
+    assert_near(sensor.black[1], 100, 0);
+}
+
 static void test_no_saturated_value_is_usable(void **state)
 {
     (void)state;
@@ -163,12 +230,15 @@ static void test_a_single_exposure_is_doubtful(void **state)
 
 int main(void)
 {
-    struct CMUnitTest tests[ROWS + 4];
+    struct CMUnitTest tests[ROWS + 6];
     for (int i = 0; i < ROWS; i++)
         tests[i] = (struct CMUnitTest){rows[i].name, test_chip, NULL, NULL, &rows[i]};
     tests[ROWS] = (struct CMUnitTest)cmocka_unit_test(test_no_saturated_value_is_usable);
     tests[ROWS + 1] = (struct CMUnitTest)cmocka_unit_test(test_wrong_times_do_not_spoil_the_noise);
     tests[ROWS + 2] = (struct CMUnitTest)cmocka_unit_test(test_what_is_given_is_taken);
     tests[ROWS + 3] = (struct CMUnitTest)cmocka_unit_test(test_a_single_exposure_is_doubtful);
+    tests[ROWS + 4] =
+        (struct CMUnitTest)cmocka_unit_test(test_black_is_as_good_as_photographs_tell);
+    tests[ROWS + 5] = (struct CMUnitTest)cmocka_unit_test(test_a_known_black_stays);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

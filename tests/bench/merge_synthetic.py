@@ -8,7 +8,8 @@
 Per decade, from the darkest radiance whose longest frame holds 20 electrons on, the worst channel of:
   rms    relative rms error over that of the bound, from the sensor's true noise and all frames that do not saturate
          (asked: within 0.02 of 1)
-  bias   of the mean, % (asked: below 0.1)
+  bias   of the mean, % (asked: below 0.1), over that of the best linear estimate from the same photographs, which knows the
+         sensor and the radiance: it is unbiased, and has the noise that a few shots leave in a mean
   1s 2s  share of photosites within 1 and 2 stated standard deviations (asked: 0.683 and 0.954, to 0.02)
   times  largest error of the exposure times' ratios, % (asked: 0.2)
 The saturation level is a full well below the converter's maximum that the file states; the file states no black level.
@@ -107,6 +108,18 @@ class Sensor:
             return 1 / np.sqrt(information) / rate, longest
 
 
+    def best(self, rate, times, frames):
+        """The estimate at that bound, from the frames' DN; NAN where all saturate."""
+        read2 = self.read ** 2 + 1 / 12 / self.gain ** 2
+        above, below = 0, 0
+        for t, dn in zip(times, frames):
+            used = rate * t < self.well - 5 * np.sqrt(self.well)
+            weight = np.where(used, t / (read2 + rate * t), 0)
+            above, below = above + weight * (dn - self.black) / self.gain, below + weight * t
+        with np.errstate(invalid="ignore"):
+            return above / below
+
+
 def scene(random, low, high):
     """Electrons a second of each photosite: blobs over all decades, a black corner, red and blue weaker."""
     y, x = np.mgrid[0:HEIGHT, 0:WIDTH] / HEIGHT
@@ -126,12 +139,13 @@ def judge(name, sensor, well_time, wrong, goniocam, seed, unequal=0):
     low, high = 2 / stated[-1], 0.9 * sensor.well / stated[0]  # the brightest do not saturate in the shortest frame
     real = stated * (1 + wrong * random.uniform(-1, 1, 5))
     with tempfile.TemporaryDirectory() as folder:
-        rates = []
+        rates, best = [], []
         for shot in range(SHOTS):
             rates.append(scene(random, low, high))
+            frames = [sensor.expose(random, rates[-1] * response * t) for t in real]
+            best.append(sensor.best(rates[-1], real, frames))
             for f in range(5):
-                write_dng(os.path.join(folder, "s%d_%d.dng" % (shot, f)), sensor.expose(random, rates[-1] * response * real[f]),
-                          stated[f], sensor.top)
+                write_dng(os.path.join(folder, "s%d_%d.dng" % (shot, f)), frames[f], stated[f], sensor.top)
         with open(os.path.join(folder, "capture.yaml"), "w") as f:
             f.write("goniocam: 1\nphotos: {pattern: \"s*.dng\"}\n")
             if unequal:
@@ -143,7 +157,7 @@ def judge(name, sensor, well_time, wrong, goniocam, seed, unequal=0):
     times = maps[0][2]
     ratio = np.max(np.abs((times[1:] / times[:-1]) / (real[1:] / real[:-1]) - 1))
     channel = np.array([[0, 1], [1, 2]])[np.arange(HEIGHT)[:, None] % 2, np.arange(WIDTH)[None] % 2]
-    rate = np.stack(rates).ravel()
+    rate, best = np.stack(rates).ravel(), np.stack(best).ravel()
     value, variance = (np.stack([m[k] for m in maps]).ravel() for k in (0, 1))
     channel = np.stack([channel] * SHOTS).ravel()
     relative, longest = sensor.bound(rate, real)
@@ -155,8 +169,8 @@ def judge(name, sensor, well_time, wrong, goniocam, seed, unequal=0):
     for c in range(3):
         g = good & (channel == c) & (longest > 1000)
         weight = 1 / relative[g] ** 2
-        scale[c] = np.sum(weight * value[g] / rate[g]) / np.sum(weight)
-    error = value / (rate * scale[channel]) - 1
+        scale[c] = np.sum(weight * value[g] / rate[g]) / np.sum(weight * best[g] / rate[g])
+    error, more = value / (rate * scale[channel]) - 1, (value / scale[channel] - best) / rate
     stated_sigma = np.sqrt(variance, where=good, out=np.ones_like(variance)) / (rate * scale[channel])
     for d in range(decade[good].min(), decade[good].max() + 1):
         worst = [1, 0, 0.683, 0.954]
@@ -165,11 +179,11 @@ def judge(name, sensor, well_time, wrong, goniocam, seed, unequal=0):
             g = good & (channel == c) & (decade == d)
             if g.sum() < 5000:
                 continue
-            e, z = error[g], np.abs(error[g]) / stated_sigma[g]
+            e, z, weight = error[g], np.abs(error[g]) / stated_sigma[g], 1 / relative[g] ** 2
             now = [np.sqrt(np.mean(e ** 2) / np.mean(relative[g] ** 2)),
-                   100 * np.sum(e / relative[g] ** 2) / np.sum(1 / relative[g] ** 2), np.mean(z < 1), np.mean(z < 2)]
-            noise = 100 / np.sqrt(np.sum(1 / relative[g] ** 2))  # of the bias itself
-            if abs(now[1]) > abs(worst[1]):
+                   100 * np.average(more[g], weights=weight), np.mean(z < 1), np.mean(z < 2)]
+            noise = 100 * np.sqrt(np.sum((weight * more[g]) ** 2)) / np.sum(weight)  # of the bias itself
+            if abs(now[1]) >= abs(worst[1]):
                 bias_noise = noise
             for k, want in enumerate((1, 0, 0.683, 0.954)):
                 if abs(now[k] - want) > abs(worst[k] - want):
