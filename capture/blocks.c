@@ -63,7 +63,8 @@ static int look(struct seen *seen, const struct encoded_row *encoded, int i, flo
     int used = 0;
     for (int f = 0; f < encoded->frames; f++) {
         float t = (float)encoded->time[f], dn = encoded->dn[f][i];
-        if (dn >= row->usable[i] || (f > 0 && x * t >= row->safe[i]))
+        if (dn >= row->usable[i]
+            || (f > 0 && x * t >= row->usable[i] - row->black[i] - 2 / row->verge[i]))
             continue;
         float noise = row->read2[i] + row->slope[i] * (x > 0 ? x : 0) * t;
         struct seen *to = &seen[used++];

@@ -10,7 +10,7 @@ struct merge_row {
     int count;
     float *black;
     float *usable;     // of DN
-    float *safe;       // of DN less black: a frame predicted to lie higher is not used
+    float *verge;      // 1 / (2 standard deviations of a frame at `usable`), 1/DN
     float *read2;      // variance of read noise, DN^2
     float *slope;      // variance per signal, DN
     float *relative2;  // variance of the photosite's response, of the signal squared

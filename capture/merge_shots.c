@@ -11,7 +11,7 @@
 #include <string.h>
 
 // Part of every map's identity: a change of the method makes the maps anew.
-static const char method[] = "merge 8";
+static const char method[] = "merge 9";
 
 /* The photographs of a shot and how they are used; their files are read beside each other. */
 static enum status hash_photos(struct hash *hash, const struct job *job, const struct shot *shot,

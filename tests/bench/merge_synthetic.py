@@ -5,7 +5,8 @@
                                     exposure times as stated and up to 7 % off, nothing known of the sensor; and one of
                                     unequal photosites with a flat frame
 
-Per decade, from the darkest radiance whose longest frame holds 20 electrons on, the worst channel of:
+Per decade, from the darkest radiance whose longest frame holds 20 electrons on, and before them of photosites that in one
+frame are within 5 standard deviations of saturation (the bound is that of the frames below), the worst channel of:
   rms    relative rms error over that of the bound, from the sensor's true noise and all frames that do not saturate
          (asked: within 0.02 of 1)
   bias   of the mean, % (asked: below 0.1), over that of the best linear estimate from the same photographs, which knows the
@@ -172,12 +173,15 @@ def judge(name, sensor, well_time, wrong, goniocam, seed, unequal=0):
         scale[c] = np.sum(weight * value[g] / rate[g]) / np.sum(weight * best[g] / rate[g])
     error, more = value / (rate * scale[channel]) - 1, (value / scale[channel] - best) / rate
     stated_sigma = np.sqrt(variance, where=good, out=np.ones_like(variance)) / (rate * scale[channel])
-    for d in range(decade[good].min(), decade[good].max() + 1):
+    # Where a frame is on the verge of saturation, within 5 standard deviations: whether it serves, noise decides.
+    level = rate[:, None] * real[None, 1:] / sensor.well
+    verge = np.any((level > 1 - 5 / np.sqrt(sensor.well)) & (level < 1 + 5 / np.sqrt(sensor.well)), axis=1)
+    for d in [None, *range(decade[good].min(), decade[good].max() + 1)]:
         worst = [1, 0, 0.683, 0.954]
         count = 0
         for c in range(3):
-            g = good & (channel == c) & (decade == d)
-            if g.sum() < 5000:
+            g = good & (channel == c) & (verge if d is None else decade == d)
+            if g.sum() < (1000 if d is None else 5000):
                 continue
             e, z, weight = error[g], np.abs(error[g]) / stated_sigma[g], 1 / relative[g] ** 2
             now = [np.sqrt(np.mean(e ** 2) / np.mean(relative[g] ** 2)),
@@ -190,8 +194,10 @@ def judge(name, sensor, well_time, wrong, goniocam, seed, unequal=0):
                     worst[k] = now[k]
             count += g.sum()
         if count:
-            print("  %8.3g to %8.3g electrons in the longest frame: rms %.4f  bias %+.3f %% (+- %.3f)  1s %.3f  2s %.3f  (%d)"
-                  % (20 * 10.0 ** d, 20 * 10.0 ** (d + 1), worst[0], worst[1], bias_noise, worst[2], worst[3], count))
+            where = "on the verge of saturation" if d is None else "%8.3g to %8.3g electrons in the longest frame" % (
+                20 * 10.0 ** d, 20 * 10.0 ** (d + 1))
+            print("  %-48s: rms %.4f  bias %+.3f %% (+- %.3f)  1s %.3f  2s %.3f  (%d)"
+                  % (where, worst[0], worst[1], bias_noise, worst[2], worst[3], count))
 
 
 def main():
