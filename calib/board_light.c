@@ -349,7 +349,8 @@ enum status cal_board_light_strength(struct calibration *c, const struct facets 
         if (!isnan(ratio[i]))
             ratio[n++] = ratio[i];
     s->sigma_strength = UNTOLD;
-    if (n >= NIGHT_FACETS) {
+    s->told = n >= NIGHT_FACETS;
+    if (s->told) {
         qsort(ratio, (size_t)n, sizeof *ratio, by_double);
         s->strength = ratio[n / 2] > FAINT ? ratio[n / 2] : 0;
         // Half the quartiles' distance; and the errors of one view are one error.
@@ -362,11 +363,6 @@ enum status cal_board_light_strength(struct calibration *c, const struct facets 
     }
     free(ratio);
     return STATUS_OK;
-}
-
-bool cal_board_light_told(const struct calibration *c)
-{
-    return c->surroundings.sigma_strength != UNTOLD;
 }
 
 /* ---- light between board and sample ---------------------------------------------------------- */

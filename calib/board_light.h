@@ -16,12 +16,10 @@ enum status cal_board_light(struct calibration *calibration, const struct captur
                             const char *out, struct run *run, struct error *err);
 
 /** How much of the predicted light is there: fills strength and its sigma from the sample's facets
- *  that the lamp does not light. */
+ *  that the lamp does not light, where there are such: then it is told. Else it is 1, as in any
+ *  real room. */
 enum status cal_board_light_strength(struct calibration *calibration, const struct facets *sample,
                                      struct run *run, struct error *err);
-
-/** Did such facets tell it? Else it is 1, as in any real room. */
-bool cal_board_light_told(const struct calibration *calibration);
 
 /** cal_bounce in its kinds: by the matte and the glossy part of the sample's reflectance, and what
  *  mirrors in its place would show (not part of cal_bounce). */

@@ -198,7 +198,7 @@ enum status cal_lamp_fit_bounced(struct calibration *c, const struct capture *ca
         const double direct = shift->misfit;
         status = cal_lamp_fit(c, capture, &evidence, true, shift, err);
         moved = lamps_moved(c, before);
-        if (!status && round == 0 && !cal_board_light_told(c) && shift->misfit > direct) {
+        if (!status && round == 0 && !c->surroundings.told && shift->misfit > direct) {
             c->surroundings.strength = 0;
             forget_corrections(board);
             forget_corrections(sample);

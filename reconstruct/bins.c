@@ -23,7 +23,7 @@ fixed128 rec_fix(double x)
     return (fixed128)whole * ((int64_t)1 << 60) + (int64_t)((x - (double)whole) * unit);
 }
 
-static double unfix(fixed128 x)
+double rec_unfix(fixed128 x)
 {
     return (double)x / unit;
 }
@@ -128,9 +128,9 @@ static half_diff centroid(const fixed128 w_angle[3], double w, struct grid grid,
     half_diff low, high;
     rec_grid_ranges(grid, bin, &low, &high);
     return (half_diff){
-        .theta_h = keep_within(unfix(w_angle[0]) / w, low.theta_h, high.theta_h),
-        .theta_d = keep_within(unfix(w_angle[1]) / w, low.theta_d, high.theta_d),
-        .phi_d = keep_within(unfix(w_angle[2]) / w, low.phi_d, high.phi_d),
+        .theta_h = keep_within(rec_unfix(w_angle[0]) / w, low.theta_h, high.theta_h),
+        .theta_d = keep_within(rec_unfix(w_angle[1]) / w, low.theta_d, high.theta_d),
+        .phi_d = keep_within(rec_unfix(w_angle[2]) / w, low.phi_d, high.phi_d),
     };
 }
 
@@ -146,17 +146,17 @@ static half_diff own_centroid(const struct bin_sums *s, int c, struct grid grid,
     for (int i = 0; i < 3; i++)
         w_angle[i] =
             s->w_angle[i] - s->own_w_angle[(c + 1) % 3][i] - s->own_w_angle[(c + 2) % 3][i];
-    return centroid(w_angle, unfix(weight_of(s, c)), grid, bin);
+    return centroid(w_angle, rec_unfix(weight_of(s, c)), grid, bin);
 }
 
 // A channel that no photosite in the bin measured, from those between whose neighbours it is known.
 // Neighbours share photosites: their noise is taken as one.
 static void finish_lent(struct bin *b, const struct bin_sums *s, struct grid grid, int c)
 {
-    double w = unfix(s->lent_w[c]);
+    double w = rec_unfix(s->lent_w[c]);
     b->lent[c] = true;
-    b->mean[c] = unfix(s->lent_w_f[c]) / w;
-    b->noise[c] = unfix(s->lent_w_noise[c]) / w;
+    b->mean[c] = rec_unfix(s->lent_w_f[c]) / w;
+    b->noise[c] = rec_unfix(s->lent_w_noise[c]) / w;
     b->sigma[c] = hypot(b->noise[c], b->mean[c] * b->systematic);
     b->swapped[c] = b->swapped_noise[c] = NAN;
     b->own[c] = centroid(s->lent_w_angle[c], w, grid, b->index);
@@ -164,34 +164,34 @@ static void finish_lent(struct bin *b, const struct bin_sums *s, struct grid gri
 
 static void finish_channel(struct bin *b, const struct bin_sums *s, struct grid grid, int c)
 {
-    double w = unfix(weight_of(s, c)), back = unfix(s->w_back);
+    double w = rec_unfix(weight_of(s, c)), back = rec_unfix(s->w_back);
     bool mosaic = s->own_w[0] > 0 || s->own_w[1] > 0 || s->own_w[2] > 0;
     bool both = back > 0 && back < w && !mosaic;
-    b->mean[c] = unfix(s->w_f[c]) / w;
-    b->bounced[c] = unfix(s->w_bounced[c]) / w;
-    b->scatter[c] = sqrt(fmax(0, unfix(s->w_ff[c]) / w - b->mean[c] * b->mean[c]));
-    b->noise[c] = sqrt(unfix(s->ww_noise[c])) / w;
+    b->mean[c] = rec_unfix(s->w_f[c]) / w;
+    b->bounced[c] = rec_unfix(s->w_bounced[c]) / w;
+    b->scatter[c] = sqrt(fmax(0, rec_unfix(s->w_ff[c]) / w - b->mean[c] * b->mean[c]));
+    b->noise[c] = sqrt(rec_unfix(s->ww_noise[c])) / w;
     b->sigma[c] = hypot(b->noise[c], b->mean[c] * b->systematic);
-    double forth = unfix(s->w_f[c] - s->w_f_back[c]) / (w - back);
-    double noise_forth = sqrt(unfix(s->ww_noise[c] - s->ww_noise_back[c])) / (w - back);
-    double noise_back = sqrt(unfix(s->ww_noise_back[c])) / back;
-    b->swapped[c] = both ? forth - unfix(s->w_f_back[c]) / back : NAN;
+    double forth = rec_unfix(s->w_f[c] - s->w_f_back[c]) / (w - back);
+    double noise_forth = sqrt(rec_unfix(s->ww_noise[c] - s->ww_noise_back[c])) / (w - back);
+    double noise_back = sqrt(rec_unfix(s->ww_noise_back[c])) / back;
+    b->swapped[c] = both ? forth - rec_unfix(s->w_f_back[c]) / back : NAN;
     b->swapped_noise[c] = both ? hypot(noise_forth, noise_back) : NAN;
     b->own[c] = own_centroid(s, c, grid, b->index);
 }
 
 static struct bin finish_bin(const struct bin_sums *s, struct grid grid, int index)
 {
-    double w = unfix(s->w);
+    double w = rec_unfix(s->w);
     struct bin b = {
         .index = index,
         .count = s->count > INT32_MAX ? INT32_MAX : (int32_t)s->count,
         .centroid = centroid(s->w_angle, w, grid, index),
-        .systematic = unfix(s->w_systematic) / w,
-        .tilt = unfix(s->w_tilt) / w,
-        .spread = {unfix(s->w_spread[0]) / w, unfix(s->w_spread[1]) / w},
-        .disc = unfix(s->w_disc) / w,
-        .alone = fmin(1, unfix(s->ww) / (w * w)),
+        .systematic = rec_unfix(s->w_systematic) / w,
+        .tilt = rec_unfix(s->w_tilt) / w,
+        .spread = {rec_unfix(s->w_spread[0]) / w, rec_unfix(s->w_spread[1]) / w},
+        .disc = rec_unfix(s->w_disc) / w,
+        .alone = fmin(1, rec_unfix(s->ww) / (w * w)),
     };
     for (int c = 0; c < 3; c++)
         if (weight_of(s, c) > 0)

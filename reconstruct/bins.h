@@ -32,6 +32,8 @@ enum status rec_tally_begin(struct tally *tally, struct grid grid, struct error 
 void rec_tally_free(struct tally *tally);
 /** A number as the sums keep it. Requires |x| < 2^63. */
 fixed128 rec_fix(double x);
+/** And back, rounded. */
+double rec_unfix(fixed128 x);
 /** Add sums to those of a bin. STATUS_MEMORY. */
 enum status rec_tally_add_sums(struct tally *tally, int bin, const struct bin_sums *sums,
                                struct error *err);

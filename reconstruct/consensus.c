@@ -163,6 +163,8 @@ static void hear_all(struct consensus *to, struct hearing *w, int threads)
             to->say[i].rest[c] = (float)sqrt(fmax(0, square(b->sigma[c]) - square(b->noise[c])));
         }
         to->say[i].others = (float)(1 - b->alone);
+        to->say[i].bounced =
+            (float)((b->bounced[0] + b->bounced[1] + b->bounced[2]) / 3 / to->strength);
         if (heard && b->count >= many)
             expand(&to->say[i], b, to->fit);
     }
@@ -231,10 +233,13 @@ static double find_bounce_scatter(const struct consensus *to, const struct heari
 }
 
 enum status rec_consensus_make(struct consensus *consensus, const struct bins *bins,
-                               const struct fit *fit, struct run *run, struct error *err)
+                               const struct fit *fit, const double strength[2], struct run *run,
+                               struct error *err)
 {
     const size_t n = (size_t)bins->count + 1;
     struct consensus c = {.fit = fit,
+                          .strength = strength[0] > 0 ? strength[0] : 1,
+                          .new_strength = strength[1] > 0 ? strength[1] : 1,
                           .slot = calloc(MERL_BINS, sizeof *c.slot),
                           .say = calloc(n, sizeof *c.say),
                           .bins = bins->count};
@@ -282,18 +287,19 @@ static bool fitted_at(const struct consensus *consensus, const struct say *say, 
 }
 
 bool rec_consensus_allows(const struct consensus *consensus, int bin, const candidate *m,
-                          double *residual, double *others)
+                          comparison *to)
 {
     const int channels = m->channel < 0 ? 3 : 1;
     const struct say *say = consensus->slot[bin] ? &consensus->say[consensus->slot[bin] - 1] : NULL;
     double fitted[3];
     bool allowed = true;
-    *residual = NAN;
-    *others = 0;
+    *to = (comparison){.residual = NAN};
     if (!say || isnan(say->middle[0]) || !fitted_at(consensus, say, m, fitted))
         return true;
-    *residual = 0;
-    *others = (double)say->others;
+    const double part = (double)say->bounced;
+    *to = (comparison){.residual = (consensus->new_strength - consensus->strength) * part,
+                       .others = (double)say->others,
+                       .excess = -part};
     for (int k = 0; k < channels; k++) {
         int c = m->channel < 0 ? k : m->channel;
         double due = (fitted[c] + dark) * (1 + (double)say->middle[c]) - dark;
@@ -301,7 +307,8 @@ bool rec_consensus_allows(const struct consensus *consensus, int bin, const cand
         double far = square(too_far * scale) * (m->noise[c] + square(rest));
         allowed = allowed && square(m->f[c] - due) <= far;
         double mean = (fitted[c] + dark) * (1 + (double)say->own[c]);
-        *residual += ((m->f[c] + dark) / mean - 1) / channels;
+        to->residual += ((m->f[c] + dark) / mean - 1) / channels;
+        to->excess += m->bounced[c] * m->f[c] / mean / consensus->new_strength / channels;
     }
     return allowed;
 }

@@ -87,8 +87,8 @@ static void free_harvest(struct harvest *h)
 
 // The used photosites of a strip, one by one, where somebody wants to know them.
 static enum status look_closer(const struct strip *s, struct shot_residuals *residuals,
-                               struct sample_block *block, const struct gathering *g,
-                               const char *shot, struct error *err)
+                               struct shot_trend *trend, struct sample_block *block,
+                               const struct gathering *g, const char *shot, struct error *err)
 {
     enum status status = STATUS_OK;
     for (int i = 0; i < LANES && !status; i++) {
@@ -96,6 +96,7 @@ static enum status look_closer(const struct strip *s, struct shot_residuals *res
             continue;
         reflectance_sample sample = rec_strip_sample(s, i);
         rec_residual_add(residuals, &sample, &g->calibration->sample);
+        rec_trend_add(trend, &sample);
         if (g->samples)
             status = rec_samples_put(g->samples, block, shot, &sample, s->x0 + i, s->y, err);
     }
@@ -119,6 +120,7 @@ static enum status add_strips(struct harvest *h, const struct gathering *g, cons
 {
     struct strip s;
     struct shot_residuals residuals = {0};
+    struct shot_trend trend = {0};
     struct sample_block block = {0};
     enum status status = STATUS_OK;
     for (s.y = box.y0; s.y < box.y1 && !status; s.y++)
@@ -133,11 +135,12 @@ static enum status add_strips(struct harvest *h, const struct gathering *g, cons
             if (!status && h->fine.slot)
                 status = rec_shot_add(&h->fine_shot, &s, err);
             if (!status && (g->samples || g->consensus))
-                status = look_closer(&s, &residuals, &block, g, v->view->name, err);
+                status = look_closer(&s, &residuals, &trend, &block, g, v->view->name, err);
         }
     if (!status && g->samples)
         status = rec_samples_flush(g->samples, &block, v->view->name, err);
     rec_residuals_end_shot(&h->census.residuals, &residuals);
+    rec_trend_end_shot(&h->census.trend, &trend);
     free(block.row);
     return status;
 }
@@ -196,6 +199,7 @@ void rec_census_add(struct census *to, const struct census *from)
     to->bounced_ppm += from->bounced_ppm;
     to->shots += from->shots;
     rec_residuals_merge(&to->residuals, &from->residuals);
+    rec_trend_merge(&to->trend, &from->trend);
 }
 
 // The first to finish hands its tally over, the others add theirs.

@@ -2,6 +2,7 @@
 #ifndef GONIOCAM_GATHER_H
 #define GONIOCAM_GATHER_H
 
+#include "bounce_strength.h"
 #include "consensus.h"
 #include "residuals.h"
 #include "samples.h"
@@ -12,7 +13,9 @@ struct census {
     int64_t photosites[FATES];
     int64_t bounced_ppm;  // sum over used photosites: the part of radiance that the board brought
     int shots;
-    struct residuals residuals;  // of the used photosites, where a consensus was given
+    // Of the used photosites, where a consensus was given:
+    struct residuals residuals;
+    struct bounce_trend trend;
 };
 
 void rec_census_add(struct census *to, const struct census *from);

@@ -4,7 +4,8 @@
  *           (consensus.c) tells strays and true scatter in the next. Where the lit board shines on
  *           the sample, each look also predicts that light through the table that the look before
  *           it found, filled by the best fit, and takes it out: until no bin changes by more than
- *           a part of its sigma.
+ *           a part of its sigma. Whether it is there at all, where calib could not see it,
+ *           the samples tell (bounce_strength.c).
  */
 #include "looks.h"
 
@@ -12,11 +13,13 @@
 #include "quantile.h"
 #include "team.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { LOOKS_MAX = 5 };
-static const double SETTLED = 0.25;  // of a bin's sigma: 95 % of the bins change by less
+static const double DOUBTFUL = 0.5, SURE = 3;  // strength of the board's light; sigmas
+static const double SETTLED = 0.25;            // of a bin's sigma: 95 % of the bins change by less
 
 static enum status gather(struct job *j, const char *stage, const struct consensus *consensus,
                           struct samples_file *samples, struct error *err)
@@ -96,7 +99,8 @@ static enum status make_table(struct lookup **table, const struct job *j, struct
 
 // The leader's: what the bins say. The fit stays where it is in j->fits: the consensus is relative
 // to it.
-static enum status learn(struct job *j, struct consensus *consensus, struct error *err)
+static enum status learn(struct job *j, struct consensus *consensus, const double strength[2],
+                         struct error *err)
 {
     enum status status;
     rec_consensus_free(consensus);
@@ -111,7 +115,7 @@ static enum status learn(struct job *j, struct consensus *consensus, struct erro
         return status;
     rec_bins_align(&j->bins, &j->fits.fit[0]);
     rec_bins_widen(&j->bins, &j->fits.fit[0]);
-    status = rec_consensus_make(consensus, &j->bins, &j->fits.fit[0], j->run, err);
+    status = rec_consensus_make(consensus, &j->bins, &j->fits.fit[0], strength, j->run, err);
     if (!status && board_shines(j))
         status = make_table(&consensus->table, j, err);
     return status;
@@ -138,15 +142,45 @@ static double change(const struct bins *before, const struct bins *after)
     return typical;
 }
 
+// Where calib had to take for granted that the board shines, samples may tell that it does not, as
+// in renderings of direct light alone. true: it was changed.
+static bool weigh_board(struct job *j)
+{
+    struct surroundings *s = &j->calibration.surroundings;
+    bounce_strength seen;
+    if (s->told || !rec_trend_strength(&j->census.trend, s->strength, &seen))
+        return false;
+    bool doubted = seen.strength + SURE * seen.sigma < DOUBTFUL;
+    bool changed = doubted && fabs(seen.strength - s->strength) > SURE * seen.sigma;
+    if (doubted) {
+        s->strength = seen.strength;
+        s->sigma_strength = seen.sigma;
+    }
+    return changed;
+}
+
+static void tell_board(struct job *j)
+{
+    struct surroundings *s = &j->calibration.surroundings;
+    bounce_strength now = {s->strength, s->sigma_strength};
+    rec_team_tell(&now, sizeof now);
+    s->strength = now.strength;
+    s->sigma_strength = now.sigma;
+}
+
 // The leader's: learn from the last look, and is another one needed?
 static enum status study(struct job *j, struct consensus *consensus, struct bins *before, int look,
                          bool *more, struct error *err)
 {
+    double strength[2] = {j->calibration.surroundings.strength};
+    const bool changed = look > 0 && board_shines(j) && weigh_board(j);
     *more =
-        look == 0 || (look < LOOKS_MAX && board_shines(j) && change(before, &j->bins) > SETTLED);
+        look == 0
+        || (look < LOOKS_MAX && board_shines(j) && (changed || change(before, &j->bins) > SETTLED));
     if (!*more)
         return STATUS_OK;
-    enum status status = learn(j, consensus, err);
+    strength[1] = j->calibration.surroundings.strength;
+    enum status status = learn(j, consensus, strength, err);
     rec_bins_free(before);
     *before = j->bins;
     j->bins = (struct bins){0};
@@ -178,6 +212,7 @@ enum status rec_looks(struct job *j, struct error *err)
         rec_team_alone(j->run, false);
         status = rec_team_agree(status, err);
         rec_team_tell(&more, sizeof more);
+        tell_board(j);
         if (!status && more && !rec_leads())
             rec_consensus_free(&consensus);
         if (!status && more)

@@ -114,7 +114,8 @@ static enum status conclude(struct job *j, struct error *err)
         return status;
     rec_bins_widen(&j->bins, &j->fits.fit[0]);
     struct consensus consensus = {0};
-    status = rec_consensus_make(&consensus, &j->bins, &j->fits.fit[0], j->run, err);
+    const double now = j->calibration.surroundings.strength, strength[2] = {now, now};
+    status = rec_consensus_make(&consensus, &j->bins, &j->fits.fit[0], strength, j->run, err);
     if (status)
         return status;
     rec_consensus_widen(&j->bins, &consensus);

@@ -7,7 +7,6 @@
  *           share: it is kept apart from noise and never averages out (bins.c).
  */
 #include "bounce_map.h"
-#include "consensus.h"
 #include "strip.h"
 
 #include <float.h>
@@ -237,14 +236,14 @@ static void weigh_strip(struct strip *s, const struct viewing *v, const struct r
 static void find_strays(struct strip *s, const struct consensus *consensus)
 {
     for (int i = 0; i < LANES; i++) {
-        s->residual[i] = NAN;
-        s->others[i] = 0;
+        s->unlike[i] = (comparison){.residual = NAN};
         if (s->fate[i] == FATE_USED && consensus) {
             candidate m = {{s->theta_h[i], s->theta_d[i], s->phi_d[i]},
                            s->channel[i],
                            {s->f[0][i], s->f[1][i], s->f[2][i]},
-                           {s->noise[0][i], s->noise[1][i], s->noise[2][i]}};
-            if (!rec_consensus_allows(consensus, s->bin[i], &m, &s->residual[i], &s->others[i]))
+                           {s->noise[0][i], s->noise[1][i], s->noise[2][i]},
+                           {s->bounced[0][i], s->bounced[1][i], s->bounced[2][i]}};
+            if (!rec_consensus_allows(consensus, s->bin[i], &m, &s->unlike[i]))
                 s->fate[i] = FATE_STRAY;
         }
     }
@@ -279,8 +278,9 @@ reflectance_sample rec_strip_sample(const struct strip *s, int i)
         .normal = rec_lane(&s->normal, i),
         .wi = rec_lane(&s->wi, i),
         .wo = rec_lane(&s->wo, i),
-        .residual = s->residual[i],
-        .others = s->others[i],
+        .residual = s->unlike[i].residual,
+        .others = s->unlike[i].others,
+        .excess = s->unlike[i].excess,
     };
     for (int c = 0; c < 3; c++) {
         bool measured = a.channel < 0 || a.channel == c;

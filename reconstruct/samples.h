@@ -40,6 +40,7 @@ typedef struct {
     vec3 point, normal, wi, wo;  // in the world
     double residual;             // f over its bin's mean, less 1; NAN: nothing is known there
     double others;               // what part of the bin is other shots', which residual shows
+    double excess;               // the board's light at strength 1 over the bin's f, less the bin's
 } reflectance_sample;
 
 /** All that a photosite needs to know of its shot. Borrows everything. */

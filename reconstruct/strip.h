@@ -3,7 +3,7 @@
 #define GONIOCAM_STRIP_H
 
 #include "lens_table.h"
-#include "samples.h"
+#include "consensus.h"
 #include "surface.h"
 
 /** The photosites (x0 + i, y), i < LANES; those outside [from, to) are no business of this strip.
@@ -30,7 +30,8 @@ struct strip {
     bool lends[LANES];
     double f[3][LANES], noise[3][LANES], bounced[3][LANES];
     double doubt[LANES];  // 1 sigma of the photosite's bounced light, a part of it
-    double weight[LANES], residual[LANES], others[LANES];
+    double weight[LANES];
+    comparison unlike[LANES];
 };
 
 /** Lanes of a strip that are still in use. */

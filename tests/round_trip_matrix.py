@@ -50,6 +50,10 @@ MATRIX = {
     # What such a ball mirrors of the board is not resolved: bins are wrong by per cents, lamps must not be.
     "mirror-like metal, lit board": ({"bounces": 2, "sample.material": dict(METAL, alpha=0.03)}, 0.3, 0.4, 8, 36),
     "cylinder": ({"sample": dict(CYLINDER, material=PLASTIC)}, 0.05, 0.5, 0.7, 2.5),
+    # No photosite shows whether the board shines on it: here it does not, as only samples can tell.
+    "metal cylinder, lamp on camera": ({"sample": dict(CYLINDER, material=dict(METAL, alpha=0.2)),
+                                        "lights": [{"name": "flash", "on_camera": True, "position": [95, -40, 10]}]},
+                                       0.05, 0.5, 0.7, 3.5),
     "mesh": ({"sample": dict(VASE, material=PLASTIC)}, 0.05, 0.6, 0.8, 3),
     "raw": ({"sensor": RAW, "files": "dng"}, 0.1, 0.5, 0.8, 3.5),
     "xtrans": ({"sensor": dict(RAW, mosaic="xtrans"), "files": "dng"}, 0.1, 0.5, 0.8, 3.5),

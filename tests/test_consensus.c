@@ -19,7 +19,7 @@ static struct consensus consensus_of(const struct bins *bins, const struct fit *
     struct consensus c = {0};
     struct run run;
     cap_run_begin(&run, 2, true);
-    assert_int_equal(rec_consensus_make(&c, bins, fit, &run, NULL), STATUS_OK);
+    assert_int_equal(rec_consensus_make(&c, bins, fit, (double[2]){0, 0}, &run, NULL), STATUS_OK);
     cap_run_end(&run);
     return c;
 }
@@ -81,7 +81,7 @@ static void test_what_strays(void **state)
     for (int i = 0; i < bins.count; i += 97) {
         const struct bin *b = &bins.bin[i];
         candidate a = {.angles = b->centroid, .channel = -1}, twice, half;
-        double residual, others;
+        comparison to;
         vec3 wi, wo;
         if (isnan(c.say[i].middle[0]))
             continue;
@@ -95,15 +95,16 @@ static void test_what_strays(void **state)
             half.f[k] /= 2;
         }
         a.f[1] *= 1.06;
-        kept += rec_consensus_allows(&c, b->index, &a, &residual, &others);
-        assert_near(others, 0.25, 1e-6);
-        assert_near(residual, 0.02, 0.05);  // 0.06 in one of three, and the neighbours' own noise
-        doubled += rec_consensus_allows(&c, b->index, &twice, &residual, &others);
-        assert_near(residual, 1, 0.1);
+        kept += rec_consensus_allows(&c, b->index, &a, &to);
+        assert_near(to.others, 0.25, 1e-6);
+        assert_near(to.residual, 0.02,
+                    0.05);  // 0.06 in one of three, and the neighbours' own noise
+        doubled += rec_consensus_allows(&c, b->index, &twice, &to);
+        assert_near(to.residual, 1, 0.1);
         half.channel = 2;  // a photosite of a mosaic: the others do not count
         half.f[0] = half.f[1] = 0;
-        halved += rec_consensus_allows(&c, b->index, &half, &residual, &others);
-        assert_near(residual, -0.5, 0.05);
+        halved += rec_consensus_allows(&c, b->index, &half, &to);
+        assert_near(to.residual, -0.5, 0.05);
         asked++;
     }
     assert_true(asked > 200);
@@ -142,9 +143,9 @@ static void test_lonely_bins_are_left_alone(void **state)
     struct consensus c = consensus_of(&bins, &fit);
     const struct bin *b = &bins.bin[0];
     candidate a = {.angles = b->centroid, .channel = -1, .f = {1e3, 1e3, 1e3}};
-    double residual, others;
-    assert_true(rec_consensus_allows(&c, b->index, &a, &residual, &others));
-    assert_true(isnan(residual));
+    comparison to;
+    assert_true(rec_consensus_allows(&c, b->index, &a, &to));
+    assert_true(isnan(to.residual));
     assert_near(mean_scale(&c, &bins), 1, 0);
     rec_consensus_free(&c);
     rec_bins_free(&bins);

@@ -165,6 +165,7 @@ struct surroundings {
     // What of the light that geometry and board predict is there, by the sample's night side, which
     // nothing else lights: 1, but for room light (more) and renderings of direct light alone (0).
     double strength, sigma_strength;
+    bool told;                    // that side was seen; else it is taken for granted
     bool has_lobe, peak_unknown;  // no facet shows the lobe's peak: too small, or saturated
     double mirror[3];             // then: the most that it may mirror, face on
     struct lobe_table lobe;
