@@ -5,6 +5,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cstring>
 #include <exception>
 #include <memory>
 #include <utility>
@@ -12,6 +13,9 @@
 
 namespace
 {
+
+// So few are evaluated sooner than threads wake up.
+enum { FEW_TERMS = 256 };
 
 // Ceres tells its callers what failed; its log would tell the user again, in other words.
 const bool quiet = (FLAGS_minloglevel = google::GLOG_FATAL, true);
@@ -49,23 +53,111 @@ class Values
     std::vector<double *> at_;
 };
 
+bool all_held(const ceres_parameter &p)
+{
+    int held = 0;
+    for (int i = 0; p.held && i < p.size; i++)
+        held += p.held[i];
+    return held == p.size;
+}
+
+// A term, which may have been evaluated ahead at some values; asked at these it answers from
+// memory.
 class Term : public ceres::CostFunction
 {
   public:
-    Term(const ceres_problem &problem, const ceres_term &term) : term_(term)
+    Term(const ceres_problem &problem, const ceres_term &term, const Values &value)
+        : term_(term), residual_(static_cast<size_t>(term.residuals))
     {
         set_num_residuals(term.residuals);
-        for (int k = 0; k < term.parameters; k++)
-            mutable_parameter_block_sizes()->push_back(problem.parameter[term.parameter[k]].size);
+        for (int k = 0; k < term.parameters; k++) {
+            const ceres_parameter &p = problem.parameter[term.parameter[k]];
+            mutable_parameter_block_sizes()->push_back(p.size);
+            value_[k] = value[term.parameter[k]];
+            held_[k] = all_held(p);
+            numbers_ += static_cast<size_t>(p.size);
+        }
+        at_.resize(numbers_);
+    }
+    // Room for derivatives, made by one thread: what it throws would not leave a team of them.
+    void Reserve()
+    {
+        jacobian_.resize(residual_.size() * numbers_);
+    }
+    // At the values as they are now. Terms do not share what they write: any thread.
+    void Ahead(bool derivatives)
+    {
+        double *by[CERES_TERM_PARAMETERS], *next = jacobian_.data(), *at = at_.data();
+        for (int k = 0; k < term_.parameters; k++) {
+            size_t size = static_cast<size_t>(parameter_block_sizes()[static_cast<size_t>(k)]);
+            by[k] = held_[k] ? nullptr : next;
+            next += derivatives ? residual_.size() * size : 0;
+            at = std::copy_n(value_[k], size, at);
+        }
+        good_ = term_.evaluate(term_.context, value_, residual_.data(), derivatives ? by : nullptr);
+        known_ = derivatives ? DERIVATIVES : RESIDUALS;
     }
     bool Evaluate(double const *const *parameters, double *residuals,
                   double **jacobians) const override
     {
-        return term_.evaluate(term_.context, parameters, residuals, jacobians);
+        if (!Knows(parameters, jacobians))
+            return term_.evaluate(term_.context, parameters, residuals, jacobians);
+        std::copy(residual_.begin(), residual_.end(), residuals);
+        const double *from = jacobian_.data();
+        for (int k = 0; jacobians && k < term_.parameters; k++) {
+            size_t size = residual_.size()
+                          * static_cast<size_t>(parameter_block_sizes()[static_cast<size_t>(k)]);
+            if (jacobians[k])
+                std::copy_n(from, size, jacobians[k]);
+            from += size;
+        }
+        return good_;
     }
 
   private:
+    bool Knows(double const *const *parameters, double **jacobians) const
+    {
+        if (known_ == NOTHING || (jacobians && known_ != DERIVATIVES))
+            return false;
+        const double *at = at_.data();
+        for (int k = 0; k < term_.parameters; k++) {
+            size_t size = static_cast<size_t>(parameter_block_sizes()[static_cast<size_t>(k)]);
+            if ((jacobians && jacobians[k] && held_[k])
+                || std::memcmp(at, parameters[k], size * sizeof *at) != 0)
+                return false;
+            at += size;
+        }
+        return true;
+    }
+
     const ceres_term &term_;
+    const double *value_[CERES_TERM_PARAMETERS];
+    bool held_[CERES_TERM_PARAMETERS];
+    size_t numbers_ = 0;
+    std::vector<double> residual_, jacobian_, at_;
+    enum { NOTHING, RESIDUALS, DERIVATIVES } known_ = NOTHING;
+    bool good_ = false;
+};
+
+// Ceres sums in one thread, in the order of terms; what it sums is made by all of them before.
+class Ahead : public ceres::EvaluationCallback
+{
+  public:
+    void PrepareForEvaluation(bool derivatives, bool) override
+    {
+        const int terms = static_cast<int>(term_.size());
+#pragma omp parallel for schedule(dynamic, 32)
+        for (int i = 0; i < terms; i++)
+            term_[static_cast<size_t>(i)]->Ahead(derivatives);
+    }
+    void Add(Term *term)
+    {
+        term->Reserve();
+        term_.push_back(term);
+    }
+
+  private:
+    std::vector<Term *> term_;  // the problem's
 };
 
 void add_parameter(ceres::Problem &to, const ceres_parameter &p, double *value)
@@ -86,7 +178,9 @@ void add_parameter(ceres::Problem &to, const ceres_parameter &p, double *value)
         to.SetManifold(value, new ceres::SubsetManifold(p.size, held));
 }
 
-void build(ceres::Problem &to, const ceres_problem &problem, const Values &value)
+// `ahead`, if any, learns of all terms.
+void build(ceres::Problem &to, const ceres_problem &problem, const Values &value,
+           Ahead *ahead = nullptr)
 {
     for (int i = 0; i < problem.parameters; i++)
         add_parameter(to, problem.parameter[i], value[i]);
@@ -96,7 +190,10 @@ void build(ceres::Problem &to, const ceres_problem &problem, const Values &value
         for (int k = 0; k < term.parameters; k++)
             values.push_back(value[term.parameter[k]]);
         ceres::LossFunction *loss = term.cauchy > 0 ? new ceres::CauchyLoss(term.cauchy) : nullptr;
-        to.AddResidualBlock(new Term(problem, term), loss, values);
+        Term *made = new Term(problem, term, value);
+        to.AddResidualBlock(made, loss, values);
+        if (ahead)
+            ahead->Add(made);
     }
 }
 
@@ -120,8 +217,11 @@ enum status ceres_solve(struct ceres_problem *problem, struct error *err)
 {
     try {
         const Values value(*problem);
-        ceres::Problem ceres_problem;
-        build(ceres_problem, *problem, value);
+        Ahead ahead;
+        ceres::Problem::Options shared;
+        shared.evaluation_callback = problem->terms > FEW_TERMS ? &ahead : nullptr;
+        ceres::Problem ceres_problem(shared);
+        build(ceres_problem, *problem, value, shared.evaluation_callback ? &ahead : nullptr);
         ceres::Solver::Options options;
         order(options, *problem, value);
         options.max_num_iterations = problem->iterations > 0 ? problem->iterations : 100;

@@ -1,7 +1,8 @@
 /* ceres_shim.h -- Ceres Solver for C: nonlinear least squares over plain arrays.
  *
- * It only translates: callers say what the residuals and their derivatives are. One thread, so
- * that the result is the same to the last bit everywhere; parallelism is over shots, outside.
+ * It only translates: callers say what the residuals and their derivatives are. Sums are made in
+ * one thread, so that the result is the same to the last bit everywhere; many terms are evaluated
+ * in all threads, so that evaluations must not write what they share.
  */
 #ifndef GONIOCAM_CALIB_CERES_SHIM_H
 #define GONIOCAM_CALIB_CERES_SHIM_H

@@ -123,6 +123,15 @@ static void predict_all(struct predicting *p)
     }
 }
 
+// An odd distance of about a TAKEN-th of a block meets all channels of a cell of 2 x 2; larger
+// cells are looked at whole.
+static int stride_of(int step, int side)
+{
+    int stride = step / TAKEN;
+    stride -= (stride + 1) % 2;
+    return step <= TAKEN || side > 2 ? 1 : stride < 3 ? 3 : stride;
+}
+
 // The picture's size: whole blocks, at least the cell of a mosaic.
 static void lay_out(struct predicting *p, int size)
 {
@@ -132,7 +141,7 @@ static void lay_out(struct predicting *p, int size)
     const int larger = width > height ? width : height, least = *cfa ? cap_cfa_side(cfa) : 1;
     int step = (larger + size - 1) / size;
     step = step > least ? step : least;
-    p->stride = step <= TAKEN ? 1 : step / TAKEN - (step / TAKEN + 1) % 2;
+    p->stride = stride_of(step, *cfa ? cap_cfa_side(cfa) : 1);
     p->picture = (struct prediction){.x0 = box.x0,
                                      .y0 = box.y0,
                                      .step = step,

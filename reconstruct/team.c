@@ -7,6 +7,7 @@
 
 #include "lookup.h"
 
+#include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -65,6 +66,7 @@ void rec_team_alone(struct run *run, bool begins)
     rec_team->alone(rec_team, begins);
     run->threads =
         begins ? run->threads * rec_team->neighbours : run->threads / rec_team->neighbours;
+    omp_set_num_threads(run->threads);
 }
 
 struct flags {
