@@ -1,4 +1,5 @@
 /* calibrate.c -- the order of calibration: geometry, glare, sample, lamps, pictures. */
+#include "cues.h"
 #include "glare_ink.h"
 #include "lamp.h"
 #include "overlay.h"
@@ -47,6 +48,46 @@ static enum status start_sample(struct calibration *c, struct solid_prior *prior
     return status ? status : cal_solid_start(prior, c, out, run, err);
 }
 
+/** The edges that a sample was placed by: a sphere's, or another solid's. Owns them. */
+struct outline {
+    struct edge *sphere;
+    struct contour_edge *solid;
+    int count;
+};
+
+static enum status place_sample(struct outline *edges, struct calibration *c,
+                                struct solid_prior *prior, const struct capture *capture,
+                                const char *out, struct run *run, struct error *err)
+{
+    cap_stage(run, "outline", 0);
+    return c->sample.shape == SHAPE_SPHERE
+               ? cal_sphere_place(&edges->sphere, &edges->count, c, capture, out, run, err)
+               : cal_solid_place(&edges->solid, &edges->count, prior, c, out, run, err);
+}
+
+/** Lamps by all that is lit. They may show that some of the edges were not the sphere's but the
+ *  light's: a sphere is then moved, and lamps follow it. */
+static enum status finish_lamps(struct lamp_search *search, struct calibration *c,
+                                const struct outline *edges, const struct capture *capture,
+                                struct run *run, struct error *err)
+{
+    const struct sample placed = c->sample;
+    const bool sphere = placed.shape == SHAPE_SPHERE;
+    bool moved = false;
+    cap_stage(run, "all light", sphere ? c->views : 0);
+    enum status status = cal_lamps_end(search, c, run, err);
+    if (!status && sphere)
+        status = cal_sphere_settle(&moved, c, &placed, capture, edges->sphere, edges->count, err);
+    if (!status && moved)
+        status = cal_lamps_end(search, c, run, err);
+    for (int l = 0; l < c->lamps && !status; l++)
+        cal_cues_compare(&c->lamp[l], run);
+    if (!status)
+        status = sphere ? cal_sphere_check(c, edges->sphere, edges->count, run, err)
+                        : cal_solid_check(c, edges->solid, edges->count, run, err);
+    return status;
+}
+
 /** Sample and lamps need each other: the sample roughly, the lamps by the board that it leaves
  *  free, the sample by edges that are its own and not the light's, the lamps by all that is lit. */
 static enum status find_sample_and_lamps(struct calibration *c, const struct capture *capture,
@@ -54,22 +95,20 @@ static enum status find_sample_and_lamps(struct calibration *c, const struct cap
 {
     struct lamp_search search = {0};
     struct solid_prior prior;
+    struct outline edges = {0};
     cap_stage(run, "sample", 0);
     enum status status = start_sample(c, &prior, capture, out, run, err);
     if (!status) {
         cap_stage(run, "lamps", c->views);
         status = cal_lamps_begin(&search, c, capture, out, run, err);
     }
-    if (!status) {
-        cap_stage(run, "outline", 0);
-        status = c->sample.shape == SHAPE_SPHERE ? cal_sphere_place(c, capture, out, run, err)
-                                                 : cal_solid_place(&prior, c, out, run, err);
-    }
-    if (!status) {
-        cap_stage(run, "all light", c->sample.shape == SHAPE_SPHERE ? c->views : 0);
-        status = cal_lamps_end(&search, c, run, err);
-    }
+    if (!status)
+        status = place_sample(&edges, c, &prior, capture, out, run, err);
+    if (!status)
+        status = finish_lamps(&search, c, &edges, capture, run, err);
     cal_lamp_search_free(&search);
+    free(edges.sphere);
+    free(edges.solid);
     return status;
 }
 

@@ -275,8 +275,6 @@ static enum status fit_beams(struct lamp_search *search, struct calibration *c,
         memcpy(c->lamp, begun, (size_t)c->lamps * sizeof *begun);
         status = fit_all(search, c, sample, highlight, run, err);
     }
-    for (int l = 0; l < c->lamps && !status; l++)
-        cal_cues_compare(&c->lamp[l], run);
     free(begun);
     return status;
 }

@@ -21,7 +21,12 @@
 
 enum { TERMS = 5 };  // coefficients of the limb model
 static const double SCAN_PX = 2.5, STEP_PX = 0.125;
-static const double TEXTURE = 0.004;     // what a surface's own structure adds to noise, relative
+static const double TEXTURE = 0.004;  // what a surface's own structure adds to noise, relative
+static const double MODEL = 4;        // by how much more than TEXTURE the model itself may be off:
+                                      // 0.012 px where the edge is half as high as it is bright
+// What is left beside an edge (print, a shadow, a stand) is no noise that averages out: a profile
+// that is off by a part of its height moves an edge a photosite wide by that part of a half.
+static const double BESIDE_PX = 0.5;
 static const double SIGMA_MAX_PX = 0.3;  // an edge less sure than this says nothing
 static const double EXPLAINED = 0.95;    // of the variance across an edge, by the model
 
@@ -101,6 +106,20 @@ static double about_mean(const struct sector *s)
     return wvv - wv * wv / w;
 }
 
+/** Curvature of chi^2 over a step about `at`, if nothing but structure of the surface blurred it;
+ *  0: that is not known. */
+static double texture_curvature(const struct sector *s, double at, double width)
+{
+    struct sector bare = {.count = s->count};
+    for (int n = 0; n < s->count; n++) {
+        double texture = fmax(TEXTURE * fabs(s->site[n].value), 0.1 * sqrt(s->site[n].variance));
+        bare.site[n] = (struct site){s->site[n].d, s->site[n].value, texture * texture};
+    }
+    double below = limb_chi2(&bare, at - STEP_PX, width), here = limb_chi2(&bare, at, width),
+           above = limb_chi2(&bare, at + STEP_PX, width);
+    return below < DBL_MAX && above < DBL_MAX ? fmax(below - 2 * here + above, 0) : 0;
+}
+
 bool limb_edge(const struct sector *s, double width, double *e, double *sigma)
 {
     enum { STEPS = 41 };
@@ -118,10 +137,15 @@ bool limb_edge(const struct sector *s, double width, double *e, double *sigma)
         return false;
     double shift = 0.5 * (chi2[best - 1] - chi2[best + 1]) / curvature;
     double misfit = chi2[best] / (s->count - TERMS - 1);
-    *e = -SCAN_PX + (best + shift) * STEP_PX;
+    double bare = texture_curvature(s, -SCAN_PX + best * STEP_PX, width);
     // chi^2 rises by 1 (by the misfit, where the model is not perfect) at one sigma.
-    *sigma = STEP_PX * sqrt(2 * (misfit > 1 ? misfit : 1) / curvature);
-    return *sigma < SIGMA_MAX_PX && chi2[best] < (1 - EXPLAINED) * about_mean(s);
+    double variance = 2 * (misfit > 1 ? misfit : 1) / curvature;
+    if (bare > 0)
+        variance += MODEL * MODEL * 2 / bare;
+    double unexplained = chi2[best] / about_mean(s);
+    *e = -SCAN_PX + (best + shift) * STEP_PX;
+    *sigma = hypot(STEP_PX * sqrt(variance), BESIDE_PX * sqrt(unexplained));
+    return *sigma < SIGMA_MAX_PX && unexplained < 1 - EXPLAINED;
 }
 
 bool limb_step(const struct sector *s, double search, double *e, double *sigma)

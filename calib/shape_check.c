@@ -28,6 +28,7 @@ static const double ABOUT = 12 * CAP_PI / 180;  // a place: half of its width
 static const double BIWEIGHT = 4.685;  // Tukey's constant: 95 % efficient for normal errors
 static const double MODEL_PX = 0.012;  // bias of the limb model: ../shared/facts.md has 0.009 mm
 static const double SURE = 6;          // sigmas: dozens of directions are looked at
+static const double CLEAR = 3;         // sigmas of what one view says of a place
 static const double MATTERS = 0.001;   // of the reach: 0.06 degrees or more of the normals
 static const double WEAK = 1e-6;       // ridge: what no touch tells stays 0
 
@@ -264,34 +265,43 @@ static void try_group(struct misfit *best, const struct study *s, const struct g
 /** What views agree on at one place. */
 struct place {
     vec3 at;
-    double mean, scatter;     // of the views' means; scatter: their standard deviation
-    int views, below, above;  // all; those whose mean is beyond `clear`
+    double mean, scatter;     // of the views' means, by their sigmas; their standard deviation
+    double sigma;             // of mean, by those of the edges
+    int views, below, above;  // all; those whose mean is beyond `clear`, and beyond doubt
 };
 
-/** The touches within ABOUT of a direction. Those of a view stand together. */
+/** The touches within ABOUT of a direction. Those of a view stand together, and share what their
+ *  edges are off by. */
 static struct place look_at(const struct study *s, vec3 at, double clear)
 {
     struct place p = {.at = at};
-    double sum = 0, sum2 = 0;
+    double sum = 0, sum2 = 0, weights = 0;
     for (int first = 0, end; first < s->count; first = end) {
-        double left = 0;
+        double left = 0, precision = 0;
         int seen = 0;
         for (end = first; end < s->count && s->touch[end].view == s->touch[first].view; end++)
             if (vec3_dot(s->way[end], at) > s->cos_wide) {
-                left += s->left[end];
+                double of_edge = 1 / (s->touch[end].sigma * s->touch[end].sigma);
+                left += of_edge * s->left[end];
+                precision += of_edge;
                 seen++;
             }
         if (seen == 0)
             continue;
-        left /= seen;
-        sum += left;
-        sum2 += left * left;
+        left /= precision;
+        double variance = seen / precision + s->model * s->model, weight = 1 / variance;
+        double sure = fmax(clear, CLEAR * sqrt(variance));
+        sum += weight * left;
+        sum2 += weight * left * left;
+        weights += weight;
         p.views++;
-        p.below += left < -clear;
-        p.above += left > clear;
+        p.below += left < -sure;
+        p.above += left > sure;
     }
-    p.mean = p.views ? sum / p.views : 0;
-    p.scatter = p.views > 1 ? sqrt(fmax(sum2 - p.mean * sum, 0) / (p.views - 1)) : 0;
+    p.mean = p.views ? sum / weights : 0;
+    p.sigma = p.views ? sqrt(1 / weights) : 0;
+    p.scatter =
+        p.views > 1 ? sqrt(fmax(sum2 - p.mean * sum, 0) / weights * p.views / (p.views - 1.0)) : 0;
     return p;
 }
 
@@ -325,11 +335,11 @@ static void try_places(struct misfit *best, const struct study *s)
     double stray;
     const double usual = usual_scatter(&stray, s, every);
     for (int i = 0; i < s->count; i += every) {
-        struct place p = look_at(s, s->way[i], 0.5 * SURE * usual);
+        struct place p = look_at(s, s->way[i], CLEAR * usual);
         const int agree = p.mean < 0 ? p.below : p.above;
         if (agree < VIEWS_ENOUGH || 3 * agree < 2 * p.views)
             continue;
-        struct misfit m = {.sigma = sqrt(usual * usual / p.views + stray * stray
+        struct misfit m = {.sigma = sqrt(usual * usual / p.views + p.sigma * p.sigma + stray * stray
                                          + s->model * s->model + s->strays * s->strays)};
         m.pattern = p.mean < 0 ? "a dent" : "a bump";
         *(p.mean < 0 ? &m.inwards : &m.outwards) = fabs(p.mean);

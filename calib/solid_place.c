@@ -32,15 +32,21 @@ static enum status look(struct view_edges *to, const struct calibration *c, int 
         status = cal_contour_edges(&to->edge, &to->count, &map, &c->sample,
                                    &c->camera[view->camera], view, v, search, fine, err);
     cap_radiance_free(&map);
-    const double radius = c->sample.radius;
-    int found = to->count;
-    to->count = 0;
-    for (int i = 0; i < found && !status; i++) {
-        const struct contour_point *at = &to->edge[i].at;
-        if (!fine || !cal_dusk_at_limb(c, v, at->point, at->across, radius * at->px_per_mm))
-            to->edge[to->count++] = to->edge[i];
-    }
     return status;
+}
+
+/** Copy the edges that are the sample's, not where light ends. -> how many. */
+static int leave_dusk(struct contour_edge *kept, const struct contour_edge *edge, int count,
+                      const struct calibration *c)
+{
+    int n = 0;
+    for (int i = 0; i < count; i++) {
+        const struct contour_point *at = &edge[i].at;
+        if (!cal_dusk_at_limb(c, edge[i].view, at->point, at->across,
+                              c->sample.radius * at->px_per_mm))
+            kept[n++] = edge[i];
+    }
+    return n;
 }
 
 /** All edges of all views, in the order of views. The caller owns *edge. */
@@ -86,50 +92,53 @@ static double pixels_per_mm(const struct calibration *c)
     return sum / c->views;
 }
 
-/** Is the solid the shape that it is said to be? Edges lie `off` where it was before the last step;
- *  a shift and a turn are no misfit. */
-static enum status check_shape(const struct calibration *c, const struct contour_edge *edge,
-                               int count, struct run *run, struct error *err)
+enum status cal_solid_check(const struct calibration *c, const struct contour_edge *edge, int count,
+                            struct run *run, struct error *err)
 {
+    struct contour_edge *kept = calloc((size_t)count + 1, sizeof *kept);
     struct touch *touch = calloc((size_t)count + 1, sizeof *touch);
-    if (!touch)
-        return cap_fail(err, STATUS_MEMORY, "%d edges", count);
-    for (int i = 0; i < count; i++) {
-        const struct contour_point *at = &edge[i].at;
+    enum status status =
+        kept && touch ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%d edges", count);
+    int left = status ? 0 : leave_dusk(kept, edge, count, c);
+    for (int i = 0; i < left; i++) {
+        const struct contour_point *at = &kept[i].at;
         touch[i] = (struct touch){.arm = vec3_sub(at->point, c->sample.center),
                                   .normal = at->across,
-                                  .off = edge[i].off / at->px_per_mm,
-                                  .sigma = hypot(edge[i].sigma_px, 0.01) / at->px_per_mm,
+                                  .off = kept[i].off / at->px_per_mm,
+                                  .sigma = hypot(kept[i].sigma_px, 0.01) / at->px_per_mm,
                                   .px_per_mm = at->px_per_mm,
-                                  .view = edge[i].view};
+                                  .view = kept[i].view};
     }
-    enum status status = cal_shape_warn(&c->sample, touch, count, c->views, run, err);
+    if (!status)
+        status = cal_shape_warn(&c->sample, touch, left, c->views, run, err);
+    free(kept);
     free(touch);
     return status;
 }
 
-/** Edges within `search` pixels, and a step to fit them. *moved: by how many pixels. Fine and the
- *  last one: the shape is checked too. */
-static enum status pass(double *moved, struct solid_prior *prior, struct calibration *c,
-                        const char *out, double search, bool fine, struct run *run,
-                        struct error *err)
+/** Edges within `search` pixels, and a step to fit them. *moved: by how many pixels. The caller
+ * owns *edge. */
+static enum status pass(double *moved, struct contour_edge **edge, int *count,
+                        struct solid_prior *prior, struct calibration *c, const char *out,
+                        double search, bool fine, struct run *run, struct error *err)
 {
-    struct contour_edge *edge = NULL;
     struct sample *s = &c->sample;
     const double radius = s->radius;
     const double px = pixels_per_mm(c);
     vec3 center = s->center, turned = prior->turned;
-    int count = 0;
+    *edge = NULL;
     prior->free_radius = fine || prior->radius_sigma > TRUSTED * prior->radius;
-    enum status status = find_edges(&edge, &count, c, out, search, fine, run, err);
+    enum status status = find_edges(edge, count, c, out, search, fine, run, err);
+    struct contour_edge *kept = calloc((size_t)*count + 1, sizeof *kept);
+    if (!status && !kept)
+        status = cap_fail(err, STATUS_MEMORY, "%d edges", *count);
+    int left = status ? 0 : fine ? leave_dusk(kept, *edge, *count, c) : *count;
     if (!status)
-        status = cal_solid_fit(s, prior, edge, count, c->views, 1 / px, err);
+        status = cal_solid_fit(s, prior, fine ? kept : *edge, left, c->views, 1 / px, err);
+    free(kept);
     *moved = px
              * (vec3_length(vec3_sub(s->center, center)) + fabs(s->radius - radius)
                 + cal_solid_reach(s) * vec3_length(vec3_sub(prior->turned, turned)));
-    if (!status && fine && *moved < FINE_ENOUGH)
-        status = check_shape(c, edge, count, run, err);
-    free(edge);
     return status ? cap_fail_within(err, "the sample's outline") : STATUS_OK;
 }
 
@@ -142,17 +151,26 @@ enum status cal_solid_start(struct solid_prior *prior, struct calibration *c, co
     const double search[] = {fmax(fmax(0.1 * size, loose), 8), fmax(0.05 * size, 6), 5};
     enum status status = STATUS_OK;
     double moved = DBL_MAX;
-    for (int k = 0; k < 3 && moved >= 1.5 && !status; k++)
-        status = pass(&moved, prior, c, out, search[k], false, run, err);
+    for (int k = 0; k < 3 && moved >= 1.5 && !status; k++) {
+        struct contour_edge *edge;
+        int count = 0;
+        status = pass(&moved, &edge, &count, prior, c, out, search[k], false, run, err);
+        free(edge);
+    }
     return status;
 }
 
-enum status cal_solid_place(struct solid_prior *prior, struct calibration *c, const char *out,
-                            struct run *run, struct error *err)
+enum status cal_solid_place(struct contour_edge **edge, int *count, struct solid_prior *prior,
+                            struct calibration *c, const char *out, struct run *run,
+                            struct error *err)
 {
     enum status status = STATUS_OK;
     double moved = DBL_MAX;
-    for (int k = 0; k < 4 && moved >= FINE_ENOUGH && !status; k++)
-        status = pass(&moved, prior, c, out, 2.5, true, run, err);
+    *edge = NULL;
+    *count = 0;
+    for (int k = 0; k < 4 && moved >= FINE_ENOUGH && !status; k++) {
+        free(*edge);
+        status = pass(&moved, edge, count, prior, c, out, 2.5, true, run, err);
+    }
     return status;
 }

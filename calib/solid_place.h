@@ -28,9 +28,13 @@ enum status cal_solid_fit(struct sample *sample, struct solid_prior *prior,
  *  pixel in OUT/radiance/SHOT.exr of all views. */
 enum status cal_solid_start(struct solid_prior *prior, struct calibration *calibration,
                             const char *out, struct run *run, struct error *err);
-/** Then to a hundredth of a pixel, as cal_sphere_place. */
-enum status cal_solid_place(struct solid_prior *prior, struct calibration *calibration,
-                            const char *out, struct run *run, struct error *err);
+/** Then to a hundredth of a pixel; and is it that shape: as cal_sphere_place and cal_sphere_check.
+ */
+enum status cal_solid_place(struct contour_edge **edges, int *count, struct solid_prior *prior,
+                            struct calibration *calibration, const char *out, struct run *run,
+                            struct error *err);
+enum status cal_solid_check(const struct calibration *calibration, const struct contour_edge *edges,
+                            int count, struct run *run, struct error *err);
 
 #ifdef __cplusplus
 }

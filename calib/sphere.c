@@ -243,10 +243,11 @@ done:
     return status;
 }
 
-/** Drop the edges where light ends instead of the sphere. */
-static int drop_dusk(struct edge *edge, int count, const struct calibration *c)
+/** Copy the edges that are the sphere's, not where light ends. -> how many. */
+static int leave_dusk(struct edge *kept, const struct edge *edge, int count,
+                      const struct calibration *c)
 {
-    int kept = 0;
+    int n = 0;
     for (int i = 0; i < count; i++) {
         const struct view *view = &c->view[edge[i].view];
         const struct camera *camera = &c->camera[view->camera];
@@ -258,9 +259,9 @@ static int drop_dusk(struct edge *edge, int count, const struct calibration *c)
         vec3 normal = vec3_normalize(vec3_sub(touch, c->sample.center));
         if (!cal_dusk_at_limb(c, edge[i].view, touch, normal,
                               camera->focal[0] * c->sample.radius / way))
-            edge[kept++] = edge[i];
+            kept[n++] = edge[i];
     }
-    return kept;
+    return n;
 }
 
 /** All edges of all views about sample->center; each view's edges stand together, in order. */
@@ -285,8 +286,6 @@ static enum status find_edges(struct edge **edges, int *count, const struct cali
                                   &c->view[v], v, c->sample.center, c->sample.radius, search, fine,
                                   &own);
         cap_radiance_free(&map);
-        if (fine)
-            found[v] = drop_dusk(of_view[v], found[v], c);
         if (s) {
 #pragma omp critical(sphere_error)
             if (!status)
@@ -319,6 +318,23 @@ static double pixels_per_mm(const struct calibration *c)
     return c->camera[view->camera].focal[0] / vec3_length(vec3_sub(c->sample.center, eye));
 }
 
+/** The sphere that fits the edges, which are its own (fine) or nearly so. */
+static enum status fit_edges(struct calibration *c, const struct sample_place *nominal,
+                             const struct edge *edge, int count, bool fine, struct error *err)
+{
+    struct sample *s = &c->sample;
+    struct edge *kept = malloc(((size_t)count + 1) * sizeof *kept);
+    if (!kept)
+        return cap_fail(err, STATUS_MEMORY, "%d edges", count);
+    const bool fitted = fine || nominal->radius_sigma > TRUSTED * nominal->radius;
+    int left = fine ? leave_dusk(kept, edge, count, c) : count;
+    s->radius = nominal->radius;
+    s->sigma_radius = fitted ? nominal->radius_sigma : 0;
+    enum status status = cal_sphere_fit(s, c, fine ? kept : edge, left, err);
+    free(kept);
+    return status ? cap_fail_within(err, "the sphere's outline") : STATUS_OK;
+}
+
 /** Edges within `search` pixels, and the sphere that fits them. *moved: by how many pixels. The
  *  caller owns *edges. */
 static enum status pass(double *moved, struct edge **edges, int *count, struct calibration *c,
@@ -329,14 +345,11 @@ static enum status pass(double *moved, struct edge **edges, int *count, struct c
     const struct sample before = *s;
     *edges = NULL;
     enum status status = find_edges(edges, count, c, out, search, fine, run, err);
-    const bool fitted = fine || nominal->radius_sigma > TRUSTED * nominal->radius;
-    s->radius = nominal->radius;
-    s->sigma_radius = fitted ? nominal->radius_sigma : 0;
     if (!status)
-        status = cal_sphere_fit(s, c, *edges, *count, err);
+        status = fit_edges(c, nominal, *edges, *count, fine, err);
     *moved = pixels_per_mm(c)
              * (vec3_length(vec3_sub(s->center, before.center)) + fabs(s->radius - before.radius));
-    return status ? cap_fail_within(err, "the sphere's outline") : STATUS_OK;
+    return status;
 }
 
 enum status cal_sphere_start(struct calibration *c, const struct capture *capture, const char *out,
@@ -361,17 +374,19 @@ enum status cal_sphere_start(struct calibration *c, const struct capture *captur
     return status;
 }
 
-/** Is the sphere one? Touches lie where rays through the edges come nearest to its centre. */
-static enum status check_shape(const struct calibration *c, const struct edge *edge, int count,
-                               struct run *run, struct error *err)
+enum status cal_sphere_check(const struct calibration *c, const struct edge *edge, int count,
+                             struct run *run, struct error *err)
 {
     const struct sample *s = &c->sample;
+    struct edge *kept = calloc((size_t)count + 1, sizeof *kept);
     struct tangent *t = calloc((size_t)count + 1, sizeof *t);
     struct touch *touch = calloc((size_t)count + 1, sizeof *touch);
-    enum status status = t && touch ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%d edges", count);
+    enum status status =
+        kept && t && touch ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%d edges", count);
+    int left = status ? 0 : leave_dusk(kept, edge, count, c);
     if (!status)
-        make_tangents(t, c, edge, count);
-    for (int i = 0; i < count && !status; i++) {
+        make_tangents(t, c, kept, left);
+    for (int i = 0; i < left; i++) {
         double way = vec3_dot(vec3_sub(s->center, t[i].eye), t[i].ray);
         vec3 near = vec3_add(t[i].eye, vec3_scale(t[i].ray, way));
         vec3 arm = vec3_sub(near, s->center);
@@ -383,26 +398,42 @@ static enum status check_shape(const struct calibration *c, const struct edge *e
                                   .view = t[i].view};
     }
     if (!status)
-        status = cal_shape_warn(s, touch, count, c->views, run, err);
+        status = cal_shape_warn(s, touch, left, c->views, run, err);
+    free(kept);
     free(t);
     free(touch);
     return status;
 }
 
-enum status cal_sphere_place(struct calibration *c, const struct capture *capture, const char *out,
-                             struct run *run, struct error *err)
+enum status cal_sphere_place(struct edge **edges, int *count, struct calibration *c,
+                             const struct capture *capture, const char *out, struct run *run,
+                             struct error *err)
 {
     double moved = DBL_MAX;
-    struct edge *edges = NULL;
-    int count = 0;
     enum status status = STATUS_OK;
+    *edges = NULL;
+    *count = 0;
     // A pass that hardly moves the sphere needs no other after it.
     for (int k = 0; k < 3 && moved >= 0.25 && !status; k++) {
-        free(edges);
-        status = pass(&moved, &edges, &count, c, &capture->sample, out, 2.5, true, run, err);
+        free(*edges);
+        status = pass(&moved, edges, count, c, &capture->sample, out, 2.5, true, run, err);
     }
-    if (!status)
-        status = check_shape(c, edges, count, run, err);
-    free(edges);
+    return status;
+}
+
+enum status cal_sphere_settle(bool *moved, struct calibration *c, const struct sample *placed,
+                              const struct capture *capture, const struct edge *edges, int count,
+                              struct error *err)
+{
+    struct calibration again = *c;
+    again.sample = *placed;
+    enum status status = fit_edges(&again, &capture->sample, edges, count, true, err);
+    const vec3 by = vec3_sub(again.sample.center, placed->center);
+    const double step[3] = {by.x, by.y, by.z};
+    *moved = false;
+    for (int a = 0; a < 3 && !status; a++)
+        *moved = *moved || fabs(step[a]) > placed->sigma_center[a];
+    if (*moved)
+        c->sample = again.sample;
     return status;
 }

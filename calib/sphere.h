@@ -20,9 +20,19 @@ enum status cal_sphere_fit(struct sample *sample, const struct calibration *cali
 enum status cal_sphere_start(struct calibration *calibration, const struct capture *capture,
                              const char *out, struct run *run, struct error *err);
 /** Then to a hundredth of a pixel. Where lamps are known, edges of light are told from the
- *  sphere's. */
-enum status cal_sphere_place(struct calibration *calibration, const struct capture *capture,
-                             const char *out, struct run *run, struct error *err);
+ *  sphere's. *edges [*count]: all that were found; the caller owns them, also on failure. */
+enum status cal_sphere_place(struct edge **edges, int *count, struct calibration *calibration,
+                             const struct capture *capture, const char *out, struct run *run,
+                             struct error *err);
+/** When lamps are better known, other edges are the sphere's: fit these again, from where they had
+ *  placed it. *moved: by more than a sigma, and the calibration's sample is there now; else it is
+ *  as it was. */
+enum status cal_sphere_settle(bool *moved, struct calibration *calibration,
+                              const struct sample *placed, const struct capture *capture,
+                              const struct edge *edges, int count, struct error *err);
+/** Warn of a shape that is no sphere. */
+enum status cal_sphere_check(const struct calibration *calibration, const struct edge *edges,
+                             int count, struct run *run, struct error *err);
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""Samples that are not what capture.yaml says: an ellipsoid and a dented ball are named, a true ball is not; a radius
-that nobody trusts is found.
+"""Samples that are not what capture.yaml says: an ellipsoid and a dented ball are named, a true ball is not, whatever
+light ends on it; a radius that nobody trusts is found.
 
     tests/misshapen.py GONIOCAM PROJECT
 
@@ -71,6 +71,20 @@ def warned(told, pattern):
     return found and (float(found[1]), np.array([float(x) for x in found[3].split(",")]))
 
 
+def true_ball(goniocam, project, folder, kind, shots):
+    """-> stderr of calibrating a ball that is one, in a scene of tests/bench/calibration_table.py."""
+    sys.path.insert(0, os.path.join(project, "tests/bench"))
+    import calibration_table
+    scene = calibration_table.scene_of(calibration_table.KINDS[kind], shots)
+    scene.pop("post", None)
+    with open(os.path.join(folder, "ball.yaml"), "w") as f:
+        yaml.safe_dump(scene, f)
+    capture, out = os.path.join(folder, "ball"), os.path.join(folder, "ball-out")
+    subprocess.check_call([goniocam, "render", f.name, "-o", capture, "--quiet"], stdout=subprocess.DEVNULL)
+    return subprocess.run([goniocam, "calibrate", capture, "-o", out, "--quiet"], check=True, text=True,
+                          stdout=subprocess.DEVNULL, stderr=subprocess.PIPE).stderr
+
+
 def main():
     goniocam, project = sys.argv[1:3]
     trusted = {"radius": RADIUS}
@@ -99,6 +113,10 @@ def main():
         check("found to 0.02 mm", abs(sample["radius"] - RADIUS) < 0.02, "%.3f mm" % sample["radius"])
         check("sigma covers it", abs(sample["radius"] - RADIUS) < 3 * sample["sigma_radius"], "%.4f" % sample["sigma_radius"])
         check("centre to 0.03 mm", np.linalg.norm(np.subtract(sample["center"], CENTER)) < 0.03, sample["center"])
+
+        print("a true ball under a lamp at infinity, which the board alone cannot place")
+        told = true_ball(goniocam, project, folder, "lamp at infinity", 14)
+        check("no warning of its shape", "is not the" not in told, told.strip())
     sys.exit(1 if failed else 0)
 
 
