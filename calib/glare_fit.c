@@ -18,17 +18,15 @@
  *           their covariance D + t^2 u u^T. Its inverse (Sherman and Morrison) is that of D with
  *           u's part taken off one side: each row's gradient x becomes x - u p, with
  *           p = t^2 sum(u x / D) / (1 + t^2 sum(u^2 / D)).
- * Accuracy. Errors of a view (light from outside the picture) and of a tag (uneven print) are
- *           shared: sigma is the larger one of the jackknife over views and over tags, to which the
- * views' disagreement is added, since that is what one view's veil may be wrong by.
+ * Accuracy. glare_sigma.c.
  */
 #include "dense.h"
-#include "glare_ink.h"
+#include "glare_model.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { UNKNOWNS = 3 + GLARE_TERMS, ROUNDS = 12, INKS_MIN = 12, VIEWS_MIN = 2, LOOKS_MIN = 5 };
+enum { ROUNDS = 12, INKS_MIN = 12, VIEWS_MIN = 2 };
 static const double UNEVEN = 0.005;      // print of a board, relative, at least
 static const double VIEW_SIGMA = 0.005;  // of a view's r, relative: times, a recovered curve
 static const double SIGNIFICANT = 3;     // sigmas
@@ -36,28 +34,6 @@ static const double FAINT = 2e-4;        // shares below this change nothing
 static const double TUKEY = 4.685;       // 95 % efficient for normal errors
 static const double WORTH = 0.05;        // of the misfit, that a further kernel has to explain
 static const double SHARE_MAX = 0.3;
-
-/** One channel of the ink of a tag, linear about a solution. */
-struct row {
-    double off, rest;                     // seen less model; the same without the view's own error
-    double by[UNKNOWNS], bare[UNKNOWNS];  // by r of the channels and the shares; see Views
-    double u, sigma, weight;
-};
-
-/** What light each kernel brings to each ink: [inks][terms][3]. */
-struct model {
-    const struct inks *inks;  // in the order of views
-    double (*light)[GLARE_TERMS][3];
-    struct row *row;  // [inks][3]
-    double *work;     // [inks][3]
-    double scale;     // of the residuals, in sigmas
-};
-
-/** One set of kernels, fitted. */
-struct solution {
-    double share[GLARE_TERMS], ink[3], misfit;
-    bool ok;
-};
 
 static void linearise(const struct model *m, const struct solution *s)
 {
@@ -97,7 +73,7 @@ static void project(const struct model *m, int first, int last, int c)
     }
 }
 
-static void project_all(const struct model *m)
+void glare_project(const struct model *m)
 {
     for (int first = 0, last; first < m->inks->count; first = last) {
         for (last = first;
@@ -134,13 +110,12 @@ static void prepare(struct model *m, const struct solution *s, bool first)
     linearise(m, s);
     for (int i = 0; i < 3 * m->inks->count && first; i++)
         m->row[i].weight = 1 / (m->row[i].sigma * m->row[i].sigma);
-    project_all(m);
+    glare_project(m);
     set_weights(m);
-    project_all(m);
+    glare_project(m);
 }
 
-/** Add a row to the normal equations. */
-static void add_row(double a[UNKNOWNS * UNKNOWNS], double b[UNKNOWNS], const struct row *row)
+void glare_add_row(double a[UNKNOWNS * UNKNOWNS], double b[UNKNOWNS], const struct row *row)
 {
     for (int j = 0; j < UNKNOWNS; j++) {
         b[j] += row->weight * row->bare[j] * row->off;
@@ -149,8 +124,7 @@ static void add_row(double a[UNKNOWNS * UNKNOWNS], double b[UNKNOWNS], const str
     }
 }
 
-/** Solve a x = b with the shares that are not in `set` (a bit each) held; b becomes x. */
-static bool solve_normal(double a[UNKNOWNS * UNKNOWNS], double b[UNKNOWNS], int set)
+bool glare_solve(double a[UNKNOWNS * UNKNOWNS], double b[UNKNOWNS], int set)
 {
     for (int k = 3; k < UNKNOWNS; k++) {
         if (set >> (k - 3) & 1)
@@ -171,22 +145,14 @@ static bool step(struct solution *s, const struct model *m, int set)
 {
     double a[UNKNOWNS * UNKNOWNS] = {0}, b[UNKNOWNS] = {0};
     for (int i = 0; i < 3 * m->inks->count; i++)
-        add_row(a, b, &m->row[i]);
-    if (!solve_normal(a, b, set))
+        glare_add_row(a, b, &m->row[i]);
+    if (!glare_solve(a, b, set))
         return false;
     for (int c = 0; c < 3; c++)
         s->ink[c] += b[c];
     for (int k = 0; k < GLARE_TERMS; k++)
         s->share[k] += b[3 + k];
     return true;
-}
-
-static double total_share(const struct solution *s)
-{
-    double sum = 0;
-    for (int k = 0; k < GLARE_TERMS; k++)
-        sum += s->share[k];
-    return sum;
 }
 
 /** Fit the kernels in `set`; not ok where a share comes out negative. */
@@ -203,13 +169,8 @@ static struct solution solve(struct model *m, int set)
     s.misfit = m->scale;
     for (int k = 0; k < GLARE_TERMS; k++)
         s.ok = s.ok && s.share[k] >= 0;
-    s.ok = s.ok && total_share(&s) < SHARE_MAX;
+    s.ok = s.ok && glare_total(&s) < SHARE_MAX;
     return s;
-}
-
-static int size_of(int set)
-{
-    return (set & 1) + (set >> 1 & 1) + (set >> 2 & 1);
 }
 
 static int key_of(const struct ink *ink, bool by_tag)
@@ -240,7 +201,7 @@ static int choose(struct solution *best, struct model *m)
     for (int size = 1; size <= GLARE_TERMS; size++)
         for (int set = 1; set < 1 << GLARE_TERMS; set++) {
             struct solution s = {0};
-            if (size_of(set) == size)
+            if (glare_size(set) == size)
                 s = solve(m, set);
             if (s.ok && (!chosen || s.misfit < (1 - worth) * best->misfit)) {
                 *best = s;
@@ -250,77 +211,6 @@ static int choose(struct solution *best, struct model *m)
     if (chosen)
         *best = solve(m, chosen);  // the weights are its own again
     return chosen;
-}
-
-/** What the sum of the shares changes by without the inks that share a key; NAN: it is not told
- *  then. */
-static double without(const struct model *m, int set, bool by_tag, int key)
-{
-    double a[UNKNOWNS * UNKNOWNS] = {0}, b[UNKNOWNS] = {0}, sum = 0;
-    int rows = 3 * m->inks->count;
-    for (int i = 0; i < rows; i++) {
-        m->work[i] = m->row[i].weight;
-        if (key_of(&m->inks->ink[i / 3], by_tag) == key)
-            m->row[i].weight = 0;
-    }
-    project_all(m);
-    for (int i = 0; i < rows; i++) {
-        add_row(a, b, &m->row[i]);
-        m->row[i].weight = m->work[i];
-    }
-    if (!solve_normal(a, b, set))
-        return NAN;
-    for (int k = 3; k < UNKNOWNS; k++)
-        sum += b[k];
-    return sum;
-}
-
-/** Variance of the sum of the shares where all inks of a tag, or of a view, share an error: the
- *  jackknife's, which knows the leverage of each (B. Efron, "The Jackknife, the Bootstrap and Other
- *  Resampling Plans", 1982). */
-static double clustered(const struct model *m, int set, bool by_tag)
-{
-    const struct inks *inks = m->inks;
-    double sum = 0, sum2 = 0, n = 0;
-    for (int first = 0; first < inks->count; first++) {
-        int key = key_of(&inks->ink[first], by_tag);
-        bool counted = false;
-        for (int i = 0; i < first && !counted; i++)
-            counted = key_of(&inks->ink[i], by_tag) == key;
-        double change = counted ? 0 : without(m, set, by_tag, key);
-        if (isnan(change))
-            return INFINITY;
-        sum += change;
-        sum2 += change * change;
-        n += !counted;
-    }
-    return n > 1 ? (n - 1) / n * (sum2 - sum * sum / n) : INFINITY;
-}
-
-/** How far the views' own sums of shares scatter about the common one, beyond their noise. */
-static double disagreement(const struct model *m, const struct solution *s)
-{
-    double sum = 0, count = 0;
-    for (int first = 0, last; first < m->inks->count; first = last) {
-        double a = 0, b = 0;
-        for (last = first;
-             last < m->inks->count && m->inks->ink[last].view == m->inks->ink[first].view; last++)
-            for (int c = 0; c < 3; c++) {
-                const struct row *row = &m->row[3 * last + c];
-                double light = 0, bare = 0;
-                for (int k = 0; k < GLARE_TERMS; k++) {
-                    light += s->share[k] * row->by[3 + k] / total_share(s);
-                    bare += s->share[k] * row->bare[3 + k] / total_share(s);
-                }
-                a += row->weight * light * bare;
-                b += row->weight * bare * row->off;
-            }
-        if (last - first < LOOKS_MIN || !(a > 0))
-            continue;
-        sum += b * b / (a * a) - 1 / a;
-        count++;
-    }
-    return count > 1 ? sqrt(fmax(sum / count, 0)) : 0;
 }
 
 /** Fields of the true light for the shares of a solution, and what they bring to the ink. */
@@ -351,11 +241,10 @@ static enum status bring(struct model *m, const struct solution *s, const struct
 /** What the solution says, significant or not. */
 static struct glare_estimate conclude(const struct model *m, const struct solution *s, int set)
 {
-    struct glare_estimate e = {.total = total_share(s)};
+    struct glare_estimate e = {.total = glare_total(s)};
     memcpy(e.ink, s->ink, sizeof e.ink);
-    double variance = fmax(clustered(m, set, false), clustered(m, set, true));
-    project_all(m);
-    e.sigma = hypot(sqrt(variance), disagreement(m, s));
+    double variance = glare_variance(m, set);
+    e.sigma = hypot(sqrt(variance), glare_disagreement(m, s));
     if (e.total > FAINT && e.total > SIGNIFICANT * sqrt(variance))
         memcpy(e.share, s->share, sizeof e.share);
     return e;

@@ -25,6 +25,7 @@ struct fault {
     double share[GLARE_TERMS];
     double noise, uneven, per_view;  // relative, of the ink's radiance
     int mirrors;                     // tags of each view that mirror the lamp
+    bool few;                        // every other tag only
 };
 
 static float cell[VIEWS][3 * CELLS * CELLS];
@@ -92,7 +93,11 @@ static struct glare_estimate estimate(const struct fault *fault, uint64_t with_s
                 one->black[c] += t < fault->mirrors ? 0.3 * one->white[c] : 0;
             }
     }
-    const struct inks inks = {ink, VIEWS * TAGS, VIEWS * TAGS};
+    int count = 0;
+    for (int i = 0; i < VIEWS * TAGS; i++)
+        if (!fault->few || i % 2 == 0)
+            ink[count++] = ink[i];
+    const struct inks inks = {ink, count, count};
     struct glare_estimate e;
     assert_int_equal(cal_glare_fit(&e, &inks, seen, VIEWS, NULL), STATUS_OK);
     return e;
@@ -137,16 +142,36 @@ static void test_ink_that_mirrors_the_lamp_is_no_meter(void **state)
     assert_near(e.total, 0.02, 0.0005);
 }
 
+/* The errors are a `spread` of sigma, in rms; sigma is known to as many degrees of freedom as there
+ * are tags, less two, so they are those of Student's t. */
+static void expect_sigma(const struct fault *fault, double spread)
+{
+    enum { TRIALS = 60 };
+    int within = 0;
+    double square = 0;
+    for (uint64_t k = 30; k < 30 + TRIALS; k++) {
+        struct glare_estimate e = estimate(fault, k);
+        double z = (e.total - 0.02) / e.sigma;
+        within += fabs(z) < 2;
+        square += z * z / TRIALS;
+    }
+    assert_true(within >= 54);                // 95 % of 60 are 57 +- 1.7
+    assert_near(sqrt(square), spread, 0.16);  // +- 0.09
+}
+
 static void test_errors_of_views_and_tags_are_in_sigma(void **state)
 {
     (void)state;
-    const struct fault fault = {.share = {0.02}, .noise = 0.002, .uneven = 0.02, .per_view = 0.003};
-    int within = 0;
-    for (uint64_t k = 30; k < 60; k++) {
-        struct glare_estimate e = estimate(&fault, k);
-        within += fabs(e.total - 0.02) < 2 * e.sigma;
-    }
-    assert_true(within >= 25);  // 95 % of 30 are 28.5 +- 1.2; few clusters know their scatter badly
+    expect_sigma(
+        &(struct fault){.share = {0.02}, .noise = 0.002, .uneven = 0.02, .per_view = 0.003},
+        sqrt(14.0 / 12));
+}
+
+static void test_uneven_print_of_few_tags_is_in_sigma(void **state)
+{
+    (void)state;
+    expect_sigma(&(struct fault){.share = {0.02}, .noise = 0.002, .uneven = 0.05, .few = true},
+                 sqrt(6.0 / 4));
 }
 
 static void test_too_little_ink_tells_nothing(void **state)
@@ -168,6 +193,7 @@ int main(void)
         cmocka_unit_test(test_a_clean_lens_is_left_alone),
         cmocka_unit_test(test_ink_that_mirrors_the_lamp_is_no_meter),
         cmocka_unit_test(test_errors_of_views_and_tags_are_in_sigma),
+        cmocka_unit_test(test_uneven_print_of_few_tags_is_in_sigma),
         cmocka_unit_test(test_too_little_ink_tells_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
