@@ -8,11 +8,12 @@
  *           lower bound, so the veil of a burnt-out highlight is too weak.
  */
 #include "glare.h"
-#include "map_file.h"
+#include "veil_keep.h"
 
 #include <assert.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 enum { CELLS = 64, ROUNDS = 6 };
 enum { LOOKS = 24 };  // photosites along a cell that tell its mean
@@ -237,6 +238,19 @@ static void field_row(float *row, float *line, const struct glare_field *field, 
     }
 }
 
+static struct veil_key key_of(const struct radiance *map, const double share[GLARE_TERMS],
+                              double sigma)
+{
+    const struct stat *about = map_file_about(map->file);
+    struct veil_key key = {.device = about->st_dev,
+                           .node = about->st_ino,
+                           .size = about->st_size,
+                           .changed = about->st_mtim,
+                           .sigma = sigma};
+    memcpy(key.share, share, sizeof key.share);
+    return key;
+}
+
 enum status cap_glare_remove(struct radiance *map, const double share[GLARE_TERMS], double sigma,
                              struct error *err)
 {
@@ -245,6 +259,12 @@ enum status cap_glare_remove(struct radiance *map, const double share[GLARE_TERM
         total += share[term];
     if (!(total > 0))
         return STATUS_OK;
+    struct map_veil kept;
+    const struct veil_key key = map->file ? key_of(map, share, sigma) : (struct veil_key){0};
+    if (map->file && veil_recall(&kept, &key)) {
+        map_file_veil(map->file, &kept);
+        return STATUS_OK;
+    }
     struct glare_field seen = {0}, veil = {0};  // veil: the true light first
     size_t count = 3 * (size_t)map->width;
     enum status status = cap_glare_field(&seen, map, err);
@@ -253,8 +273,9 @@ enum status cap_glare_remove(struct radiance *map, const double share[GLARE_TERM
     for (size_t i = 0; !status && i < numbers(&veil); i++)
         veil.value[i] = seen.value[i] - (float)(1 - total) * veil.value[i];
     if (!status && map->file) {
-        map_file_veil(map->file,
-                      &(struct map_veil){veil, (float)(1 / (1 - total)), (float)(sigma / total)});
+        kept = (struct map_veil){veil, (float)(1 / (1 - total)), (float)(sigma / total)};
+        veil_keep(&key, &kept);
+        map_file_veil(map->file, &kept);
         free(seen.value);
         return STATUS_OK;  // the file owns the veil
     }

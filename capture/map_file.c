@@ -20,6 +20,7 @@
 struct radiance_file {
     const unsigned char *base;
     size_t size, first, pitch;
+    struct stat about;
     struct map_veil veil;
 };
 
@@ -135,6 +136,11 @@ void cap_radiance_row(const struct radiance *map, int y, int from, int end, floa
     }
 }
 
+const struct stat *map_file_about(const struct radiance_file *file)
+{
+    return &file->about;
+}
+
 void map_file_close(struct radiance_file *file)
 {
     if (file) {
@@ -158,7 +164,7 @@ static struct radiance_file *map_whole(const char *path)
         free(made);
         return NULL;
     }
-    *made = (struct radiance_file){.base = base, .size = (size_t)about.st_size};
+    *made = (struct radiance_file){.base = base, .size = (size_t)about.st_size, .about = about};
     return made;
 }
 

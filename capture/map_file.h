@@ -13,6 +13,10 @@ struct map_veil {
 /** Whoever looks at the map sees it without this veil from now on, whose field the file owns. */
 void map_file_veil(struct radiance_file *file, const struct map_veil *veil);
 
+/** The file as it was when it was opened. */
+struct stat;
+const struct stat *map_file_about(const struct radiance_file *file);
+
 /** NULL is allowed. */
 void map_file_close(struct radiance_file *file);
 /** Is path an uncompressed map, a line a chunk, of our channels in float and no others? Then size,

@@ -153,6 +153,46 @@ static void test_a_map_in_its_file_is_cleared_where_somebody_looks(void **state)
     cap_radiance_free(&in_file);
 }
 
+/* The map at path, freed of a veil of one share, is the scene `times` as bright; how far it is off.
+ */
+static double worst_of_file(const char *path, double part, double times)
+{
+    const double share[GLARE_TERMS] = {part, 0, 0};
+    struct radiance in_file = {0};
+    double worst = 0;
+    assert_int_equal(cap_radiance_open(&in_file, path, NULL), STATUS_OK);
+    assert_int_equal(cap_glare_remove(&in_file, share, 0, NULL), STATUS_OK);
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        float v[3], var[3];
+        cap_radiance_at(&in_file, i % WIDTH, i / WIDTH, v, var);
+        for (int c = 0; c < 3; c++)
+            worst = fmax(worst, fabs((double)v[c] - times * (double)truth[3 * i + c]));
+    }
+    cap_radiance_free(&in_file);
+    return worst;
+}
+
+/* A veil that was kept is that of the same file and shares, and of no other. */
+static void test_a_file_opened_again_is_cleared_alike(void **state)
+{
+    (void)state;
+    char path[] = "/tmp/test_glare_XXXXXX";
+    int file = mkstemp(path);
+    assert_true(file >= 0);
+    close(file);
+    veil_evenly(0.1);
+    assert_int_equal(cap_radiance_write(&map, path, NULL), STATUS_OK);
+    const double first = worst_of_file(path, 0.1, 1);
+    assert_true(first < 1e-4);
+    assert_true(worst_of_file(path, 0.1, 1) == first);
+    assert_true(worst_of_file(path, 0.05, 1) > 0.01);
+    for (int i = 0; i < COUNT; i++)
+        value[i] *= 2;
+    assert_int_equal(cap_radiance_write(&map, path, NULL), STATUS_OK);
+    assert_true(worst_of_file(path, 0.1, 2) < 2e-4);
+    remove(path);
+}
+
 static void test_no_share_changes_nothing(void **state)
 {
     (void)state;
@@ -173,6 +213,7 @@ int main(void)
         cmocka_unit_test(test_what_was_not_measured_stays_so),
         cmocka_unit_test(test_a_wide_veil_is_taken_off),
         cmocka_unit_test(test_a_map_in_its_file_is_cleared_where_somebody_looks),
+        cmocka_unit_test(test_a_file_opened_again_is_cleared_alike),
         cmocka_unit_test(test_no_share_changes_nothing),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
