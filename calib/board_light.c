@@ -1,10 +1,11 @@
 /* board_light.c -- the lit board as a lamp, and the light that goes between it and the sample.
  *
- * Method.   The board's planes are cut into cells. A photograph shows the radiance of each, lit by
- *           the lamp, shaded by the sample, with all light that bounces; of the views of a lamp
- *           the median is kept (what stands before a cell in one view stands elsewhere in another).
- *           A cell that no view of a lamp shows gets its albedo under other lamps. The board
- *           is matte: each cell of area A and radiance B adds at a point p of the sample
+ * Method.   The board's planes are cut into cells (board_survey.c). A photograph shows the
+ *           radiance of each, lit by the lamp, shaded by the sample, with all light that bounces;
+ *           of the views of a lamp the median is kept (what stands before a cell in one view
+ *           stands elsewhere in another). A cell that no view of a lamp shows gets its albedo
+ *           under other lamps. The board is matte: each cell of area A and radiance B adds at a
+ *           point p of the sample
  *
  *               L(wo) = sum f(w, wo) B A (n.w) (m.-w) / d^2,      w towards the cell, m its normal
  *
@@ -13,16 +14,11 @@
  */
 #include "board_light.h"
 #include "sample_light.h"
-#include "view_map.h"
 
-#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { CELLS_ACROSS = 50, POINTS_MAX = 6, NIGHT_FACETS = 30 };
-static const double MARGIN = 0.12;      // of the tags' extent: the board goes on beyond them
-static const double FLAT = 0.1;         // cosine: a view flatter than this measures no cell
-static const double SAME_PLANE_MM = 1;  // tags this near a plane are on it
+enum { NIGHT_FACETS = 30 };
 static const double NIGHT = 0.15;       // sine of the lamp's height below a night facet's horizon
 static const double SNR_NIGHT = 5;      // of the light that is due there, for its ratio to count
 static const double MODEL = 0.05;       // what the lobe and the cells leave, relative
@@ -31,153 +27,8 @@ static const double CELL_ANGLE = 0.12;  // rad, of a cell some 40 mm away
 static const double MIRRORED = 0.14;    // and where a mirror shows it
 static const double UNTOLD = 0.15;      // sigma of the strength where no night side is seen
 
-/** A rectangle of board. */
-struct plane {
-    vec3 origin, x, y, normal;
-    double low[2], high[2];  // along x and y
-};
-
-/** Cells, and what each view shows of them: [views][cells][3], NAN: nothing. */
-struct survey {
-    struct glow *cell;  // [cells]; radiance not used
-    int cells;
-    float *seen;
-};
-
-/* ---- planes and cells ---------------------------------------------------------------------------
- */
-
-static void include_tag(struct plane *p, const struct tag_place *tag)
-{
-    for (int k = 0; k < 4; k++) {
-        vec3 d = vec3_sub(cap_tag_corner(tag, k), p->origin);
-        double at[2] = {vec3_dot(d, p->x), vec3_dot(d, p->y)};
-        for (int a = 0; a < 2; a++) {
-            p->low[a] = fmin(p->low[a], at[a]);
-            p->high[a] = fmax(p->high[a], at[a]);
-        }
-    }
-}
-
-static bool on_plane(const struct plane *p, const struct tag_place *tag)
-{
-    vec3 normal = vec3_cross(tag->x_axis, tag->y_axis);
-    return vec3_dot(normal, p->normal) > 0.999
-           && fabs(vec3_dot(vec3_sub(tag->center, p->origin), p->normal)) < SAME_PLANE_MM;
-}
-
-/** The planes that the tags lie on: [capture->tags] of room; their number. */
-static int find_planes(struct plane *plane, const struct capture *capture)
-{
-    int planes = 0;
-    for (int i = 0; i < capture->tags; i++) {
-        const struct tag_place *tag = &capture->tag[i];
-        int p = 0;
-        while (p < planes && !on_plane(&plane[p], tag))
-            p++;
-        if (p == planes)
-            plane[planes++] = (struct plane){.origin = tag->center,
-                                             .x = tag->x_axis,
-                                             .y = tag->y_axis,
-                                             .normal = vec3_cross(tag->x_axis, tag->y_axis),
-                                             .low = {DBL_MAX, DBL_MAX},
-                                             .high = {-DBL_MAX, -DBL_MAX}};
-        include_tag(&plane[p], tag);
-    }
-    return planes;
-}
-
-static enum status cut_cells(struct survey *survey, const struct plane *plane, int planes,
-                             struct error *err)
-{
-    for (int p = 0; p < planes; p++) {
-        double size[2], margin = 0;
-        int n[2];
-        for (int a = 0; a < 2; a++)
-            margin = fmax(margin, MARGIN * (plane[p].high[a] - plane[p].low[a]));
-        for (int a = 0; a < 2; a++)
-            size[a] = plane[p].high[a] - plane[p].low[a] + 2 * margin;
-        double side = fmax(size[0], size[1]) / CELLS_ACROSS;
-        for (int a = 0; a < 2; a++)
-            n[a] = (int)ceil(size[a] / side);
-        size_t cells = (size_t)survey->cells + (size_t)n[0] * (size_t)n[1];
-        struct glow *grown = realloc(survey->cell, cells * sizeof *grown);
-        if (!grown)
-            return cap_fail(err, STATUS_MEMORY, "%zu cells of the board", cells);
-        survey->cell = grown;
-        for (int j = 0; j < n[1]; j++)
-            for (int i = 0; i < n[0]; i++) {
-                double x = plane[p].low[0] - margin + (i + 0.5) * side;
-                double y = plane[p].low[1] - margin + (j + 0.5) * side;
-                vec3 at = vec3_add(plane[p].origin,
-                                   vec3_add(vec3_scale(plane[p].x, x), vec3_scale(plane[p].y, y)));
-                survey->cell[survey->cells++] = (struct glow){
-                    .point = at, .normal = plane[p].normal, .x = plane[p].x, .side = side};
-            }
-    }
-    return STATUS_OK;
-}
-
 /* ---- what the photographs show
  * -------------------------------------------------------------------- */
-
-/** Mean radiance of a cell in a map; false: outside, hidden, too flat, or without numbers. */
-static bool look_at_cell(float mean[3], const struct glow *cell, const struct radiance *map,
-                         const struct calibration *c, const struct view *view, vec3 eye)
-{
-    const struct camera *camera = &c->camera[view->camera];
-    vec3 to_eye = vec3_sub(eye, cell->point);
-    double distance = vec3_length(to_eye);
-    if (vec3_dot(to_eye, cell->normal) < FLAT * distance
-        || cal_sample_between(&c->sample, eye, cell->point, 2 + cell->side))
-        return false;
-    vec3 y = vec3_cross(cell->normal, cell->x);
-    int points = (int)(cell->side * camera->focal[0] / distance) + 1;
-    points = points > POINTS_MAX ? POINTS_MAX : points;
-    double sum[3] = {0};
-    for (int k = 0; k < points * points; k++) {
-        double a = ((k % points + 0.5) / points - 0.5) * cell->side;
-        int row = k / points;
-        double b = ((row + 0.5) / points - 0.5) * cell->side, pixel[2];
-        vec3 p = vec3_add(cell->point, vec3_add(vec3_scale(cell->x, a), vec3_scale(y, b)));
-        cal_project(camera, cal_to_view(view->view_from_world, p), pixel);
-        if (!(pixel[0] > -0.5 && pixel[1] > -0.5 && pixel[0] < map->width - 0.5
-              && pixel[1] < map->height - 0.5))
-            return false;
-        float value[3], unused[3];
-        cap_radiance_at(map, (int)(pixel[0] + 0.5), (int)(pixel[1] + 0.5), value, unused);
-        for (int k3 = 0; k3 < 3; k3++)
-            sum[k3] += value[k3];
-    }
-    for (int k = 0; k < 3; k++)
-        mean[k] = (float)(sum[k] / (points * points));
-    return true;
-}
-
-/** One view's row of the survey: radiance for power 1, vignetting taken out. */
-static enum status look(struct survey *s, const struct calibration *c, int v, const char *out,
-                        struct error *err)
-{
-    const struct view *view = &c->view[v];
-    struct radiance map = {0};
-    enum status status = cal_view_map(&map, out, view, err);
-    float *row = s->seen + 3 * (size_t)v * (size_t)s->cells;
-    vec3 eye = cal_eye(view->view_from_world);
-    for (int i = 0; !status && i < s->cells; i++) {
-        double pixel[2];
-        if (!look_at_cell(row + 3 * (size_t)i, &s->cell[i], &map, c, view, eye)) {
-            row[3 * (size_t)i] = NAN;
-            continue;
-        }
-        cal_project(&c->camera[view->camera], cal_to_view(view->view_from_world, s->cell[i].point),
-                    pixel);
-        double scale = 1 / (view->power * cal_vignetting(&c->camera[view->camera], pixel));
-        for (int k = 0; k < 3; k++)
-            row[3 * (size_t)i + (size_t)k] *= (float)scale;
-    }
-    cap_radiance_free(&map);
-    return status;
-}
 
 static int by_value(const void *a, const void *b)
 {
@@ -185,13 +36,35 @@ static int by_value(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+/** One view's row: radiance for power 1, vignetting taken out; NAN where the sample hides a cell.
+ */
+static void clean(float *row, const struct board_survey *s, const struct calibration *c, int v)
+{
+    const struct view *view = &c->view[v];
+    const struct camera *camera = &c->camera[view->camera];
+    const float *seen = s->seen + 3 * (size_t)v * (size_t)s->cells;
+    vec3 eye = cal_eye(view->view_from_world);
+    for (int i = 0; i < s->cells; i++, row += 3, seen += 3) {
+        const struct glow *cell = &s->cell[i];
+        double pixel[2];
+        if (isnan(seen[0]) || cal_sample_between(&c->sample, eye, cell->point, 2 + cell->side)) {
+            row[0] = NAN;
+            continue;
+        }
+        cal_project(camera, cal_to_view(view->view_from_world, cell->point), pixel);
+        double scale = 1 / (view->power * cal_vignetting(camera, pixel));
+        for (int k = 0; k < 3; k++)
+            row[k] = seen[k] * (float)scale;
+    }
+}
+
 /** Median over the views of a lamp of one channel of a cell; NAN: none shows it. */
-static double median_seen(const struct survey *s, const struct calibration *c, int lamp, int cell,
-                          int channel, float *work)
+static double median_seen(const float *all, int cells, const struct calibration *c, int lamp,
+                          int cell, int channel, float *work)
 {
     int n = 0;
     for (int v = 0; v < c->views; v++) {
-        const float *seen = s->seen + 3 * ((size_t)v * (size_t)s->cells + (size_t)cell);
+        const float *seen = all + 3 * ((size_t)v * (size_t)cells + (size_t)cell);
         if (c->view[v].light == lamp && !isnan(seen[0]))
             work[n++] = seen[channel];
     }
@@ -237,8 +110,9 @@ static void fill_unseen(struct surroundings *s, const struct calibration *c)
         }
 }
 
-static enum status summarise(struct surroundings *to, const struct survey *s,
-                             const struct calibration *c, struct error *err)
+/** seen: [views][cells][3], cleaned. */
+static enum status summarise(struct surroundings *to, const struct board_survey *s,
+                             const float *seen, const struct calibration *c, struct error *err)
 {
     float *work = calloc((size_t)c->views, sizeof *work);
     to->glow = calloc((size_t)c->lamps * (size_t)s->cells, sizeof *to->glow);
@@ -252,7 +126,7 @@ static enum status summarise(struct surroundings *to, const struct survey *s,
             struct glow *cell = &to->glow[(size_t)l * (size_t)s->cells + (size_t)i];
             *cell = s->cell[i];
             for (int k = 0; k < 3; k++) {
-                double median = median_seen(s, c, l, i, k, work);
+                double median = median_seen(seen, s->cells, c, l, i, k, work);
                 cell->radiance[k] = isnan(median) ? NAN : fmax(median, 0);
             }
         }
@@ -261,31 +135,21 @@ static enum status summarise(struct surroundings *to, const struct survey *s,
     return STATUS_OK;
 }
 
-enum status cal_board_light(struct calibration *c, const struct capture *capture, const char *out,
+enum status cal_board_light(struct calibration *c, const struct board_survey *survey,
                             struct run *run, struct error *err)
 {
-    struct survey survey = {0};
     struct surroundings found = {0};
-    struct plane *plane = calloc((size_t)capture->tags + 1, sizeof *plane);
-    enum status status = plane ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "planes");
-    if (!status)
-        status = cut_cells(&survey, plane, find_planes(plane, capture), err);
-    if (!status) {
-        survey.seen = calloc(3 * (size_t)survey.cells * (size_t)c->views, sizeof *survey.seen);
-        if (!survey.seen)
-            status = cap_fail(err, STATUS_MEMORY, "%d cells in %d views", survey.cells, c->views);
-    }
+    const size_t row = 3 * (size_t)survey->cells;
+    float *seen = malloc((row * (size_t)c->views + 1) * sizeof *seen);
+    enum status status =
+        seen ? STATUS_OK
+             : cap_fail(err, STATUS_MEMORY, "%d cells in %d views", survey->cells, c->views);
 #pragma omp parallel for schedule(dynamic) num_threads(run->threads) if (!status)
-    for (int v = 0; v < c->views; v++) {
-        struct error own = {0};
-        enum status s = status ? status : look(&survey, c, v, out, &own);
-        if (s && own.status) {
-#pragma omp critical(board_light_error)
-            status = cap_fail(err, s, "%s", own.text);
-        }
-    }
+    for (int v = 0; v < c->views; v++)
+        if (!status)
+            clean(seen + row * (size_t)v, survey, c, v);
     if (!status)
-        status = summarise(&found, &survey, c, err);
+        status = summarise(&found, survey, seen, c, err);
     if (!status) {
         free(c->surroundings.glow);
         c->surroundings.glow = found.glow;
@@ -293,9 +157,7 @@ enum status cal_board_light(struct calibration *c, const struct capture *capture
     } else {
         free(found.glow);
     }
-    free(plane);
-    free(survey.cell);
-    free(survey.seen);
+    free(seen);
     return status;
 }
 

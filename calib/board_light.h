@@ -10,10 +10,24 @@
 extern "C" {
 #endif
 
-/** Measure the board under each lamp from the photographs: fills calibration->surroundings. Needs
- *  cameras, views with power, lamps and sample. Reads OUT/radiance/SHOT.exr. */
-enum status cal_board_light(struct calibration *calibration, const struct capture *capture,
-                            const char *out, struct run *run, struct error *err);
+/** The board's cells in all photographs: no lamps needed, not even the sample. Owns cell and seen;
+ *  {0} is empty; release with cal_board_survey_free(). */
+struct board_survey {
+    struct glow *cell;  // [cells]; radiance not used
+    int cells;
+    float *seen;  // [views][cells][3], as in the radiance maps; NAN: outside or too flat
+};
+/** Look at the board, where cameras and views are known. Reads OUT/radiance/SHOT.exr. On success
+ *  the caller owns *survey. */
+enum status cal_board_survey(struct board_survey *survey, const struct calibration *calibration,
+                             const struct capture *capture, const char *out, struct run *run,
+                             struct error *err);
+void cal_board_survey_free(struct board_survey *survey);
+
+/** The board under each lamp: fills calibration->surroundings. Needs views with power, vignetting,
+ *  lamps and sample. */
+enum status cal_board_light(struct calibration *calibration, const struct board_survey *survey,
+                            struct run *run, struct error *err);
 
 /** How much of the predicted light is there: fills strength and its sigma from the sample's facets
  *  that the lamp does not light, where there are such: then it is told. Else it is 1, as in any

@@ -2,6 +2,7 @@
 #ifndef GONIOCAM_LAMP_H
 #define GONIOCAM_LAMP_H
 
+#include "board_light.h"
 #include "photometry.h"
 
 #ifdef __cplusplus
@@ -50,14 +51,15 @@ enum status cal_lamp_fit(struct calibration *calibration, const struct capture *
 enum status cal_lamp_fit_bounced(struct calibration *calibration, const struct capture *capture,
                                  struct facets *board, struct facets *sample,
                                  const struct seen_highlight *highlight, double doubt,
-                                 const char *out, struct sample_shift *shift, struct run *run,
-                                 struct error *err);
+                                 const struct board_survey *survey, struct sample_shift *shift,
+                                 struct run *run, struct error *err);
 
 /** What is known of the lamps on the way. Begin, end, free. */
 struct lamp_search {
     const struct capture *capture;
     const char *out;
     struct facets board;
+    struct board_survey survey;  // where there is a sample
 };
 /** Lamps by the board alone, on a merged capture whose sample stands in its place to a millimetre:
  *  names lamps, fills them, powers and vignetting. Reads OUT/radiance/SHOT.exr. */

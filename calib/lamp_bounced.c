@@ -160,8 +160,8 @@ static enum status start_from_highlight(struct calibration *c, int l,
 enum status cal_lamp_fit_bounced(struct calibration *c, const struct capture *capture,
                                  struct facets *board, struct facets *sample,
                                  const struct seen_highlight *highlight, double doubt,
-                                 const char *out, struct sample_shift *shift, struct run *run,
-                                 struct error *err)
+                                 const struct board_survey *survey, struct sample_shift *shift,
+                                 struct run *run, struct error *err)
 {
     const struct lamp_evidence evidence = {board, sample, highlight, doubt};
     const struct lamp_evidence first = {board, sample, highlight, DOUBT};
@@ -183,7 +183,7 @@ enum status cal_lamp_fit_bounced(struct calibration *c, const struct capture *ca
         status = cal_lamp_fit(c, capture, doubted ? &first : &evidence, true, shift, err);
     double moved = DBL_MAX;
     for (int round = 0; round < BOUNCE_ROUNDS && moved > SETTLED && !status; round++) {
-        status = cal_board_light(c, capture, out, run, err);
+        status = cal_board_light(c, survey, run, err);
         if (!status)
             status = cal_board_light_strength(c, sample, run, err);
         if (!status && c->surroundings.strength == 0 && doubted)

@@ -215,7 +215,7 @@ static enum status fit_together(struct lamp_search *search, struct calibration *
                                                        : DOUBT;
     for (bool again = true; again && !status;) {
         status = cal_lamp_fit_bounced(c, search->capture, &search->board, sample, highlight, doubt,
-                                      search->out, shift, run, err);
+                                      &search->survey, shift, run, err);
         again = !status && doubt == 1 && misled(c, shift);
         doubt = DOUBT;
     }
@@ -292,6 +292,8 @@ enum status cal_lamps_end(struct lamp_search *search, struct calibration *c, str
     enum status status = highlight ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%d views", c->views);
     if (!status)
         status = ask_all(&sample, highlight, &question, run, err);
+    if (!status && sample.count)
+        status = cal_board_survey(&search->survey, c, search->capture, search->out, run, err);
     if (!status)
         status = fit_beams(search, c, &sample, highlight, run, err);
     free(sample.facet);
@@ -302,5 +304,6 @@ enum status cal_lamps_end(struct lamp_search *search, struct calibration *c, str
 void cal_lamp_search_free(struct lamp_search *search)
 {
     free(search->board.facet);
+    cal_board_survey_free(&search->survey);
     *search = (struct lamp_search){0};
 }
