@@ -16,6 +16,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+// How many wrong bits of a tag are forgiven: two; one in the small families, where more would make
+// false tags, and in the largest, where a table of all that two wrong bits make is gigabytes.
+static int bits_forgiven(const apriltag_family_t *family)
+{
+    const double most = 4e6;  // entries of that table: 0.2 GB
+    double bits = family->nbits, entries = family->ncodes * (1 + bits + bits * (bits - 1) / 2);
+    return family->h >= 10 && entries <= most ? 2 : 1;
+}
+
 enum status detector_begin(struct detector *d, const char *family, struct error *err)
 {
     struct detector made = {0};
@@ -28,9 +37,8 @@ enum status detector_begin(struct detector *d, const char *family, struct error 
         return cap_fail(err, STATUS_MEMORY, "tag detector");
     }
     made.detector->nthreads = 1;
-    // Two wrong bits are forgiven; in the small families that would make false tags: one.
     apriltag_detector_add_family_bits(made.detector, made.family.tags,
-                                      made.family.tags->h >= 10 ? 2 : 1);
+                                      bits_forgiven(made.family.tags));
     *d = made;
     return STATUS_OK;
 }
