@@ -1,4 +1,4 @@
-/* frames.c -- what dark, flat and ambient frames tell of each photosite.
+/* frames.c -- what dark and flat frames tell of each photosite.
  *
  * Dark.    The mean of N frames shows each photosite's black with variance read^2 / N, and the
  *          photosites differ by a pattern of variance P (measured: what the mean's scatter has more
@@ -6,8 +6,8 @@
  *          P / (P + read^2 / N) times its deviation (Wiener), with variance P read^2/N over their
  *          sum: one noisy frame of a quiet sensor changes nothing, many of a patterned one all.
  *          Photosites 8 standard deviations and a hundredth of the scale off are hot: no
- * measurement. Ambient. The mean of frames without the lamp, as a rate, is taken off with its own
- * noise. Flat.    A smooth model of what the lens leaves (flat.c).
+ *          measurement.
+ * Flat.    A smooth model of what the lens leaves (flat.c).
  */
 #include "frames.h"
 
@@ -47,16 +47,6 @@ static void measure_pattern(struct frames *frames, const struct sensor *sensor)
     }
 }
 
-static enum status check_ambient(const struct frames *frames, const struct capture *capture,
-                                 struct error *err)
-{
-    if (frames->ambient.frames > 0 && !(frames->ambient.seconds > 0))
-        return cap_fail(err, STATUS_DATA,
-                        "%s/%s: an ambient frame without exposure time in its EXIF data",
-                        capture->folder, capture->ambient);
-    return STATUS_OK;
-}
-
 static enum status read_evenness(struct frames *frames, const struct capture *capture,
                                  struct sensor *sensor, const struct learned *learned,
                                  struct error *err)
@@ -86,16 +76,6 @@ enum status frames_make(struct frames *frames, const struct capture *capture,
             stack_read(&made.dark, capture, &capture->dark_frames, camera, &learned->curve, err);
     if (!status && made.dark.frames > 0)
         measure_pattern(&made, sensor);
-    if (!status)
-        status = stack_read(&made.ambient, capture, &capture->ambient_frames, camera,
-                            &learned->curve, err);
-    if (!status)
-        status = check_ambient(&made, capture, err);
-    for (int c = 0; c < 3 && !status && made.ambient.frames > 0; c++) {
-        made.ambient_noise2[c] =
-            sensor->read_noise[c] * sensor->read_noise[c] / made.ambient.frames;
-        made.ambient_slope[c] = 1 / (sensor->gain[c] * made.ambient.frames);
-    }
     if (status)
         frames_free(&made);
     else
@@ -109,7 +89,6 @@ void frames_free(struct frames *frames)
     evenness_free(&frames->evenness);
     defects_free(&frames->defects);
     stack_free(&frames->dark);
-    stack_free(&frames->ambient);
     *frames = (struct frames){0};
 }
 
@@ -158,23 +137,6 @@ void frames_row(const struct frames *frames, struct merge_row *row, int y, float
     }
 }
 
-static void take_ambient(const struct frames *frames, const struct merge_row *row, int y,
-                         float *value, float *variance)
-{
-    const struct stack *ambient = &frames->ambient;
-    const float *mean = ambient->mean + (size_t)y * row->count;
-    float per_second = (float)(ambient->frames / ambient->seconds);
-    for (int i = 0; i < row->count; i++) {
-        int c = stack_channel(ambient, (size_t)i, y);
-        float d = mean[i] - row->black[i], scale = row->scale[i] * per_second;
-        float noise =
-            (float)frames->ambient_noise2[c] + (float)frames->ambient_slope[c] * (d > 0 ? d : 0);
-        bool known = mean[i] < row->usable[i];
-        value[i] -= known ? scale * d : 0;
-        variance[i] = known ? variance[i] + scale * scale * noise : INFINITY;
-    }
-}
-
 static void mark_hot(const struct frames *frames, const struct merge_row *row, int y,
                      float *variance)
 {
@@ -189,11 +151,8 @@ static void mark_hot(const struct frames *frames, const struct merge_row *row, i
     }
 }
 
-void frames_finish(const struct frames *frames, const struct merge_row *row, int y, float *value,
-                   float *variance)
+void frames_finish(const struct frames *frames, const struct merge_row *row, int y, float *variance)
 {
-    if (frames->ambient.frames > 0)
-        take_ambient(frames, row, y, value, variance);
     if (frames->dark.frames > 0)
         mark_hot(frames, row, y, variance);
     evenness_mark(&frames->evenness, y, row->count, variance);

@@ -1,4 +1,4 @@
-/* frames.h -- what dark, flat and ambient frames tell of each photosite. */
+/* frames.h -- what dark and flat frames tell of each photosite. */
 #ifndef GONIOCAM_FRAMES_H
 #define GONIOCAM_FRAMES_H
 
@@ -15,10 +15,9 @@ struct frames {
     struct evenness evenness;  // of the flat frame
     struct defects defects;    // of the photographs
     char cfa[CFA_SIZE];
-    struct stack dark, ambient;
+    struct stack dark;
     double dark_level[3], dark_noise2[3];  // DN; variance of a photosite of the mean, DN^2
     double pattern2[3];                    // variance of dark photosites about their level, DN^2
-    double ambient_noise2[3], ambient_slope[3];  // variance of the ambient mean = noise2 + slope DN
 };
 /** The unequal response of photosites that the flat frame shows goes into learned->sensor. */
 enum status frames_make(struct frames *frames, const struct capture *capture,
@@ -28,7 +27,7 @@ void frames_free(struct frames *frames);
 size_t frames_room(int count);
 /** Put what is known of row y into *row, whose arrays are borrowed: what changes goes to room. */
 void frames_row(const struct frames *frames, struct merge_row *row, int y, float *room);
-/** After the merge of row y: ambient light goes, hot and dead photosites are marked. */
-void frames_finish(const struct frames *frames, const struct merge_row *row, int y, float *value,
+/** After the merge of row y: hot and dead photosites are marked. */
+void frames_finish(const struct frames *frames, const struct merge_row *row, int y,
                    float *variance);
 #endif

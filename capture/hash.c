@@ -74,15 +74,20 @@ static int by_name(const void *a, const void *b)
 enum status cap_capture_hash(char text[33], const struct capture *capture, struct error *err)
 {
     int count = 0;
-    const char **name = calloc((size_t)capture->photos + 4, sizeof *name);
+    const struct frame_names *const kinds[3] = {&capture->flat_frames, &capture->dark_frames,
+                                                &capture->ambient_frames};
+    int most = capture->photos + 1;
+    for (int kind = 0; kind < 3; kind++)
+        most += kinds[kind]->count;
+    const char **name = calloc((size_t)most, sizeof *name);
     struct hash *hash = hash_begin();
     enum status status =
         name && hash ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
     if (!status) {
-        const char *frames[] = {capture->flat, capture->dark, capture->ambient, "capture.yaml"};
-        for (int i = 0; i < 4; i++)
-            if (frames[i])
-                name[count++] = frames[i];
+        name[count++] = "capture.yaml";
+        for (int kind = 0; kind < 3; kind++)
+            for (int i = 0; i < kinds[kind]->count; i++)
+                name[count++] = kinds[kind]->name[i];
         for (int i = 0; i < capture->photos; i++)
             name[count++] = capture->photo[i].name;
         qsort(name, (size_t)count, sizeof *name, by_name);

@@ -26,10 +26,11 @@ struct worker {
     struct bracket bracket;
     struct merge_row row[CFA_SIDE_MAX];  // [sides] of the rows of a mosaic's cell, which differ
     int sides;
-    float *value, *variance;  // [rows][count]
-    float *room;              // [rows][frames_room()]
-    struct encoded *encoded;  // of encoded photographs; else NULL
-    unsigned char *packed;    // [rows] lines of the file
+    float *value, *variance;              // [rows][count]
+    float *room;                          // [rows][frames_room()]
+    struct encoded *encoded;              // of encoded photographs; else NULL
+    unsigned char *packed;                // [rows] lines of the file
+    const struct ambient_light *ambient;  // NULL: none; borrowed
 };
 
 /* Variance of the sensor's noise in codes, where each code stands. */
@@ -99,7 +100,8 @@ static enum status worker_open(struct worker *w, const struct job *job, const st
     const struct photo *photo = &job->capture->photo[shot->photo[0]];
     struct bracket_choice choice = {job->capture, shot, job->left_out, job->seconds,
                                     learned->encoded ? &learned->curve : NULL};
-    *w = (struct worker){0};
+    *w =
+        (struct worker){.ambient = ambients_light(job->ambients, (int)(shot - job->capture->shot))};
     enum status status = bracket_open(&w->bracket, &choice, 0, bad, err);
     w->sides = *photo->cfa ? cap_cfa_side(photo->cfa) : 1;
     for (int k = 0; k < w->sides && !status; k++)
@@ -160,7 +162,9 @@ static void merge_line(const struct worker *w, const struct frames *frames, int 
     merge_row(w->value + at, w->variance + at, &row, dn, w->bracket.time, w->bracket.frames);
     if (w->encoded)
         compare_frames(w, &row, dn, y, k);
-    frames_finish(frames, &row, y, w->value + at, w->variance + at);
+    if (w->ambient)
+        ambient_take(w->ambient, &row, y, w->value + at, w->variance + at);
+    frames_finish(frames, &row, y, w->variance + at);
 }
 
 /* The from-th row of what was merged becomes the k-th of the band. */

@@ -59,8 +59,9 @@ static enum status identify(char text[33], const struct job *job, const struct s
         hash_bytes(hash, &learned->curve, sizeof learned->curve);
     const struct evenness *sites = &job->frames[shot->camera].defects.sites;
     hash_bytes(hash, sites->defect, sites->defects * sizeof *sites->defect);
+    const struct frame_names ambient = ambients_of(job->ambients, (int)(shot - capture->shot));
     const struct frame_names *const kinds[3] = {&capture->flat_frames, &capture->dark_frames,
-                                                &capture->ambient_frames};
+                                                &ambient};
     for (int kind = 0; kind < 3; kind++)
         for (int k = 0; k < kinds[kind]->count && !status; k++)
             status = hash_file(hash, capture->folder, kinds[kind]->name[k], err);
@@ -121,6 +122,18 @@ static enum status write_map(const char *path, const char *inputs, const struct 
     return STATUS_OK;
 }
 
+static enum status write_with_ambient(const char *path, const char *inputs, const struct job *job,
+                                      const struct shot *shot, bool *usable, struct error *err)
+{
+    const int number = (int)(shot - job->capture->shot);
+    enum status status = ambients_begin(job->ambients, number, err);
+    if (status)
+        return status;
+    status = write_map(path, inputs, job, shot, usable, err);
+    ambients_done(job->ambients, number);
+    return status;
+}
+
 static enum status merge_shot(const struct job *job, const struct shot *shot, bool *usable,
                               struct error *err)
 {
@@ -130,7 +143,7 @@ static enum status merge_shot(const struct job *job, const struct shot *shot, bo
         return cap_fail(err, STATUS_MEMORY, "%s", shot->name);
     enum status status = identify(inputs, job, shot, err);
     if (!status && !exr_made_from(path, inputs))
-        status = write_map(path, inputs, job, shot, usable, err);
+        status = write_with_ambient(path, inputs, job, shot, usable, err);
     free(path);
     return status;
 }
@@ -179,12 +192,14 @@ struct lessons {
     struct learned *learned;
     struct frames *frames;
     double *seconds;
+    struct ambients *ambients;  // of the shots
 };
 
 static void free_lessons(struct lessons *lessons, int cameras)
 {
     for (int k = 0; lessons->frames && k < cameras; k++)
         frames_free(&lessons->frames[k]);
+    ambients_free(lessons->ambients);
     free(lessons->frames);
     free(lessons->learned);
     free(lessons->seconds);
@@ -246,6 +261,8 @@ static enum status learn(struct lessons *lessons, bool *left_out, const struct c
             status = find_defects(&lessons->frames[k], &lessons->learned[k].sensor, capture, k,
                                   left_out, run, err);
     }
+    if (!status)
+        status = ambients_find(&lessons->ambients, capture, lessons->learned, left_out, run, err);
     return status;
 }
 
@@ -269,6 +286,7 @@ enum status cap_merge(const struct capture *capture, const char *out, struct sen
                       .learned = lessons.learned,
                       .seconds = lessons.seconds,
                       .frames = lessons.frames,
+                      .ambients = lessons.ambients,
                       .left_out = left_out,
                       .threads = threads_a_shot(capture, run),
                       .run = run};

@@ -142,8 +142,9 @@ enum status sam_capture_write(const struct scene *scene, const char *path, struc
         write_file(out, "flat", "flat", scene);
     if (scene->dark)
         write_file(out, "dark", "dark", scene);
-    if (scene->ambient_frame)
-        write_file(out, "ambient", "ambient", scene);
+    if (scene->ambient_frames)
+        write_file(out, "ambient", scene->ambient_frames == AMBIENT_EACH ? "ambient*" : "ambient",
+                   scene);
     if (scene->format == PHOTO_JPEG && scene->tone.gamma == 0 && scene->tone.values == 0)
         cap_yaml_text(out, "response", "srgb");
     return cap_yaml_end(out, true, err);

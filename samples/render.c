@@ -140,16 +140,19 @@ static enum status render_shot(const struct rendering *r, int shot, struct error
     return status;
 }
 
-/** What the camera of the first shot sees while the lamp is off. */
-static enum status take_ambient(const struct rendering *r, double seconds, uint32_t frame,
+/** What the camera of a shot sees while the lamp is off. */
+static enum status take_ambient(const struct rendering *r, int shot, double seconds, uint32_t frame,
                                 struct error *err)
 {
-    struct scene_shot unlit = r->scene->shot[0];
+    char name[PHOTO_NAME] = "ambient";
+    struct scene_shot unlit = r->scene->shot[shot];
+    if (r->scene->ambient_frames == AMBIENT_EACH)
+        snprintf(name, sizeof name, "ambient%02d", shot);
     unlit.power = 0;
     enum status status = sam_film_expose(&r->world, &unlit, r->run->threads, r->value, err);
     if (!status)
         status = sam_optics_apply(r->scene, r->run->threads, r->value, err);
-    return status ? status : take(r, SUBJECT_SCENE, "ambient", seconds, frame, err);
+    return status ? status : take(r, SUBJECT_SCENE, name, seconds, frame, err);
 }
 
 /** The frames of a wall, of darkness and of the unlit scene that are asked for; the latter two as
@@ -166,8 +169,11 @@ static enum status take_frames(const struct rendering *r, struct error *err)
         status = take(r, SUBJECT_WALL, "flat", scene->exposure[0], next, err);
     if (!status && scene->dark)
         status = take(r, SUBJECT_DARKNESS, "dark", longest, next + 1, err);
-    if (!status && scene->ambient_frame)
-        status = take_ambient(r, longest, next + 2, err);
+    int unlit = scene->ambient_frames == AMBIENT_EACH    ? scene->shots
+                : scene->ambient_frames == AMBIENT_FIRST ? 1
+                                                         : 0;
+    for (int i = 0; i < unlit && !status; i++)
+        status = take_ambient(r, i, longest, next + 2 + (uint32_t)i, err);
     return status;
 }
 

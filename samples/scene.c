@@ -302,6 +302,13 @@ static void check_places(const struct scene *scene, struct doc *doc)
     }
 }
 
+static enum ambient_frames read_ambient_frames(struct doc *doc, doc_node root)
+{
+    if (strcmp(sam_doc_text(doc, root, "ambient_frame", "false"), "each") == 0)
+        return AMBIENT_EACH;
+    return sam_doc_bool(doc, root, "ambient_frame", false) ? AMBIENT_FIRST : AMBIENT_NONE;
+}
+
 static bool read_all(struct scene *scene, struct doc *doc)
 {
     doc_node root = sam_doc_root(doc);
@@ -327,7 +334,7 @@ static bool read_all(struct scene *scene, struct doc *doc)
     scene->radiance = sam_doc_bool(doc, root, "radiance", false);
     scene->table = sam_doc_bool(doc, root, "table", false);
     sam_doc_numbers(doc, root, "ambient", scene->ambient, 3, true, 0, 1e9);
-    scene->ambient_frame = sam_doc_bool(doc, root, "ambient_frame", false);
+    scene->ambient_frames = read_ambient_frames(doc, root);
     bool memory = read_exposures(scene, doc, root) && read_lamps(scene, doc, root)
                   && sam_read_board(&scene->board, doc, sam_doc_need(doc, root, "board"))
                   && sam_read_patches(scene, doc, sam_doc_get(doc, root, "patch"));

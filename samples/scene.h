@@ -53,6 +53,9 @@ struct exif {
     char make[SCENE_NAME], model[SCENE_NAME];
 };
 
+/** Shots of which there is a photograph without the lamp. */
+enum ambient_frames { AMBIENT_NONE, AMBIENT_FIRST, AMBIENT_EACH };
+
 enum lamp_kind { LAMP_POINT, LAMP_DISTANT };
 
 /** A lamp, in the world or, with on_camera, in the camera's frame (x right, y down, z forward). */
@@ -136,11 +139,11 @@ struct scene {
     struct things things;
     struct scene_shot *shot;  // [shots]
     int shots;
-    int bounces;           // of light between board and sample: 0 to 2
-    double ambient[3];     // radiance that comes from everywhere, lamp on or off
-    bool flat, dark;       // write a frame of an even wall; one of darkness
-    bool ambient_frame;    // and one of the first shot's view without the lamp
-    bool radiance, table;  // write OUT/radiance; write OUT/truth.binary
+    int bounces;                         // of light between board and sample: 0 to 2
+    double ambient[3];                   // radiance that comes from everywhere, lamp on or off
+    bool flat, dark;                     // write a frame of an even wall; one of darkness
+    enum ambient_frames ambient_frames;  // views that are photographed without the lamp
+    bool radiance, table;                // write OUT/radiance; write OUT/truth.binary
 };
 
 /** Read SCENE.yaml. On success the caller owns *scene; on failure it is untouched.

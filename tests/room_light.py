@@ -30,7 +30,8 @@ def main():
         at = lambda n: os.path.join(folder, n)
         with open(os.path.join(project, "samples/tiny.yaml")) as f:
             scene = yaml.safe_load(f)
-        scene["shots"] = [{"arc": dict(scene["shots"][0]["arc"], count=1)}]
+        arc = scene["shots"][0]["arc"]
+        scene["shots"] = [{"arc": dict(arc, count=1)}]
         scene["radiance"] = True
 
         def merged(name, **changes):
@@ -39,7 +40,8 @@ def main():
             run("render", at(name + ".yaml"), "-o", at(name))
             run("merge", at(name), "-o", at(name + "-out"))
             out = os.path.join(at(name + "-out"), "radiance")
-            return cv2.imread(os.path.join(out, os.listdir(out)[0]), cv2.IMREAD_UNCHANGED)
+            maps = [cv2.imread(os.path.join(out, f), cv2.IMREAD_UNCHANGED) for f in sorted(os.listdir(out))]
+            return maps[0] if len(maps) == 1 else np.concatenate(maps)
 
         alone = merged("alone")
         room = 0.05 * float(cv2.imread(os.path.join(at("alone"), "radiance", "shot00.exr"), cv2.IMREAD_UNCHANGED).max())
@@ -49,6 +51,15 @@ def main():
         more = np.median((lit / alone)[bright])
         check("room light, of the lamp's (not corrected), median", more - 1, 0.02, 10)
         check("left of it, of what there was", abs(np.median((corrected / alone)[bright]) - 1) / (more - 1), 0, 0.02)
+        # The camera moves: each shot has a photograph of its own without the lamp.
+        scene["shots"] = [{"arc": dict(arc, count=3)}]
+        alone = merged("alone3")
+        lit = merged("lit3", ambient=[room] * 3)
+        each = merged("each3", ambient=[room] * 3, ambient_frame="each")
+        bright = np.isfinite(alone).all(-1) & (alone.min(-1) > 0.1 * np.nanmedian(alone))
+        for k, rows in enumerate(np.split(np.arange(len(alone)), 3)):
+            of = lambda m: np.median((m[rows] / alone[rows])[bright[rows]]) - 1
+            check(f"left of it in view {k}, of what there was", abs(of(each)) / of(lit), 0, 0.02)
     sys.exit(1 if failed else 0)
 
 

@@ -1,4 +1,5 @@
 /* Dark and ambient frames: taken off for what they are worth, with their noise. */
+#include "ambient.h"
 #include "frames.h"
 #include "synthetic.h"
 
@@ -109,10 +110,10 @@ static void test_a_dark_pattern(void **state)
     // 16 frames: 1 DN of noise beside 3 DN of pattern leave 3 / sqrt(10) = 0.95 DN.
     double left = pattern * (read / 4) / hypot(pattern, read / 4);
     assert_near(stated, left, 0.05 * left);
-    float value[LINE] = {0}, variance[LINE] = {0};
+    float variance[LINE] = {0};
     struct merge_row row = {0};
     assert_int_equal(merge_row_make(&row, &learned.sensor, WIDTH, NULL, 0, NULL), STATUS_OK);
-    frames_finish(&frames, &row, 1000 / LINE, value, variance);
+    frames_finish(&frames, &row, 1000 / LINE, variance);
     for (int i = 0; i < LINE; i++)
         assert_int_equal(isinf(variance[i]), i == 1000 % LINE);
     merge_row_free(&row);
@@ -146,12 +147,12 @@ static void test_ambient_light_goes(void **state)
     struct camera_kind kind;
     struct capture capture = some_capture(&kind);
     struct learned learned = learned_chip(4);
-    struct frames frames;
+    struct ambient_light light = {0};
     for (int i = 0; i < COUNT; i++)
         level[i] = 500 + 800;  // in 0.25 s
     write_frames(level, 5);
-    capture.ambient_frames = (struct frame_names){name, DARKS};
-    assert_int_equal(frames_make(&frames, &capture, &learned, 0, NULL), STATUS_OK);
+    const struct frame_names names = {name, DARKS};
+    assert_int_equal(ambient_light_read(&light, &capture, &names, 0, &learned, NULL), STATUS_OK);
     float value[LINE], variance[LINE];
     struct merge_row row = {0};
     assert_int_equal(merge_row_make(&row, &learned.sensor, WIDTH, NULL, 0, NULL), STATUS_OK);
@@ -159,7 +160,7 @@ static void test_ambient_light_goes(void **state)
         value[i] = 1;
         variance[i] = 0;
     }
-    frames_finish(&frames, &row, 3, value, variance);
+    ambient_take(&light, &row, 3, value, variance);
     double full = 15500, rate = 800 / 0.25 / full, mean = 0;
     for (int i = 0; i < LINE; i++)
         mean += (double)value[i] / LINE;
@@ -168,7 +169,7 @@ static void test_ambient_light_goes(void **state)
     assert_near(sqrt((double)variance[0]), sigma, 0.01 * sigma);
     assert_near(mean, 1 - rate, 5 * sigma / sqrt(LINE));
     merge_row_free(&row);
-    frames_free(&frames);
+    ambient_light_free(&light);
 }
 
 int main(void)
