@@ -9,6 +9,7 @@
  */
 #include "bundle_problem.h"
 
+#include "arrow.h"
 #include "dense.h"
 
 #include <string.h>
@@ -125,7 +126,7 @@ static enum status find_covariance(struct bundle *b, struct workspace *w, double
                                    struct error *err)
 {
     enum status status = workspace_terms(w, b, bundle_tamed_scale(b, scale), 0, err);
-    return status ? status : ceres_covariance(&w->problem, err);
+    return status ? status : arrow_covariance(&w->problem, err);
 }
 
 // Drop terms one by one; each time all is solved again, since the others answer for it.

@@ -8,7 +8,6 @@
 #include <cstring>
 #include <exception>
 #include <memory>
-#include <utility>
 #include <vector>
 
 namespace
@@ -241,32 +240,5 @@ enum status ceres_solve(struct ceres_problem *problem, struct error *err)
         return STATUS_OK;
     } catch (const std::exception &e) {
         return cap_fail(err, STATUS_SOLVER, "least squares: %s", e.what());
-    }
-}
-
-enum status ceres_covariance(struct ceres_problem *problem, struct error *err)
-{
-    try {
-        const Values value(*problem);
-        ceres::Problem ceres_problem;
-        build(ceres_problem, *problem, value);
-        ceres::Covariance::Options options;
-        options.algorithm_type = ceres::SPARSE_QR;
-        // SuiteSparse's QR calls a threaded BLAS, whose sums differ in the last bits between runs.
-        options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
-        options.num_threads = 1;
-        ceres::Covariance covariance(options);
-        std::vector<std::pair<const double *, const double *>> blocks;
-        for (int i = 0; i < problem->parameters; i++)
-            if (problem->parameter[i].covariance)
-                blocks.emplace_back(value[i], value[i]);
-        if (!covariance.Compute(blocks, &ceres_problem))
-            return cap_fail(err, STATUS_DATA, "the measurements leave unknowns undetermined");
-        for (int i = 0; i < problem->parameters; i++)
-            if (problem->parameter[i].covariance)
-                covariance.GetCovarianceBlock(value[i], value[i], problem->parameter[i].covariance);
-        return STATUS_OK;
-    } catch (const std::exception &e) {
-        return cap_fail(err, STATUS_SOLVER, "covariance: %s", e.what());
     }
 }

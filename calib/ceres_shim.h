@@ -26,7 +26,7 @@ struct ceres_parameter {
     const bool *held;          // [size], NULL: none
     const double *low, *high;  // [size] bounds, NULL: none
     bool eliminate;            // one of many that share no term (poses): solved by Schur complement
-    double *covariance;        // [size][size] from ceres_covariance; 0 where held; may be NULL
+    double *covariance;        // [size][size] from arrow_covariance(); 0 where held; may be NULL
 };
 
 enum { CERES_TERM_PARAMETERS = 8 };
@@ -51,9 +51,6 @@ struct ceres_problem {
 
 /** Minimise the cost. STATUS_SOLVER if Ceres gives up or throws; values are then the best met. */
 enum status ceres_solve(struct ceres_problem *problem, struct error *err);
-/** The covariance of every parameter with a place for it, at the present values, for residuals of
- *  unit variance (loss included). STATUS_DATA: the residuals do not determine the parameters. */
-enum status ceres_covariance(struct ceres_problem *problem, struct error *err);
 
 #ifdef __cplusplus
 }
