@@ -138,6 +138,8 @@ enum status cal_calibrate(struct calibration *calibration, const struct capture 
         status = cal_glare(&c, &placed, out, run, err);
         if (!status && capture->sample.shape != SHAPE_NONE)
             status = find_sample_and_lamps(&c, &placed, out, run, err);
+        else if (!status && capture->gives_scale)
+            status = cal_lamps_by_board(&c, &placed, out, run, err);
         cap_stage(run, "overlays", c.views);
         if (!status)
             status = cal_overlay(&c, &placed, out, run, err);

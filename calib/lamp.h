@@ -70,6 +70,9 @@ enum status cal_lamps_begin(struct lamp_search *search, struct calibration *cali
 enum status cal_lamps_end(struct lamp_search *search, struct calibration *calibration,
                           struct run *run, struct error *err);
 void cal_lamp_search_free(struct lamp_search *search);
+/** All of it where there is no sample. */
+enum status cal_lamps_by_board(struct calibration *calibration, const struct capture *capture,
+                               const char *out, struct run *run, struct error *err);
 
 #ifdef __cplusplus
 }

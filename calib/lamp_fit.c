@@ -15,6 +15,7 @@
  */
 #include "ceres_shim.h"
 #include "beam_model.h"
+#include "lamp_scale.h"
 #include "lamp_state.h"
 #include "sandwich.h"
 
@@ -113,8 +114,8 @@ struct problem {
     struct ceres_parameter *parameter;
     bool *held;  // all true, room for the largest block
     int terms, parameters;
-    int at_intensity, at_power, at_vignetting, at_paper, at_lobe, at_echo, at_lit, at_beam,
-        at_shift;  // first
+    int at_intensity, at_power, at_vignetting, at_paper, at_lobe, at_echo, at_lit, at_strength,
+        at_beam, at_shift;  // first
 };
 
 static void problem_free(struct problem *p)
@@ -167,6 +168,14 @@ static void add_parameters(struct problem *p, struct lamp_state *s, const struct
         (struct ceres_parameter){.value = s->lit,
                                  .size = ECHOES,
                                  .held = has_sample && c->surroundings.strength > 0 ? NULL : hold};
+    p->at_strength = n;
+    for (int l = 0; l < c->lamps; l++) {
+        const struct lamp_strength *known = &c->lamp[l].known;
+        p->parameter[n++] =
+            (struct ceres_parameter){.value = s->strength[l],
+                                     .size = 3,
+                                     .held = known->sigma_all > 0 && known->of == l ? NULL : hold};
+    }
     p->at_beam = n;
     for (int l = 0; l < c->lamps; l++) {
         bool free = s->beams_free && s->beam[l][2] != 0 && !s->far[l];
@@ -244,13 +253,43 @@ static void add_highlight(struct problem *p, const struct seen_highlight *h, int
     add_term(p, cal_lamp_evaluate_highlight, 2, OUTLIER, 2, block);
 }
 
-/** Paper that no facet shows has no reflectance to find. */
-static void hold_unseen_paper(struct problem *p)
+/** Lamps that another capture knows, and a sample whose albedo is known. */
+static void add_scale(struct problem *p, const struct lamp_state *s, const struct calibration *c,
+                      const struct capture *capture)
 {
-    for (int t = 0; t < p->terms; t++)
-        if (p->observation[t].kind == KIND_PAPER)
-            return;
-    p->parameter[p->at_paper].held = p->held;
+    for (int l = 0; l < c->lamps; l++) {
+        const struct lamp_strength *known = &c->lamp[l].known;
+        const int block[3] = {l, p->at_intensity + l, p->at_strength + known->of};
+        if (known->sigma_all <= 0)
+            continue;
+        p->observation[p->terms] = (struct observation){
+            .kind = KIND_STRENGTH, .known = known, .log_power = log(lamp_mean_power(s, c, l))};
+        add_term(p, cal_lamp_evaluate_strength, 3, 0, 3, block);
+        if (known->of != l)
+            continue;
+        p->observation[p->terms] =
+            (struct observation){.kind = KIND_STRENGTH_PRIOR, .known = known};
+        add_term(p, cal_lamp_evaluate_strength_prior, 3, 0, 1, &block[2]);
+    }
+    if (capture->sample_albedo > 0 && !p->parameter[p->at_lobe].held) {
+        p->observation[p->terms] = (struct observation){
+            .kind = KIND_ALBEDO_PRIOR, .log_f = log(capture->sample_albedo / CAP_PI)};
+        add_term(p, cal_lamp_evaluate_albedo_prior, 3, 0, 1, &p->at_lobe);
+    }
+}
+
+/** Paper that no facet shows has no reflectance to find; and where nothing else gives a scale, as
+ *  yet, it is held. */
+static void hold_paper(struct problem *p)
+{
+    bool seen = false, scaled = false;
+    for (int t = 0; t < p->terms; t++) {
+        int kind = p->observation[t].kind;
+        seen = seen || kind == KIND_PAPER;
+        scaled = scaled || kind == KIND_PATCH || kind == KIND_STRENGTH || kind == KIND_ALBEDO_PRIOR;
+    }
+    if (!seen || !scaled)
+        p->parameter[p->at_paper].held = p->held;
 }
 
 static void add_priors(struct problem *p, const struct calibration *c)
@@ -378,8 +417,8 @@ static enum status solve(struct calibration *c, struct lamp_state *s, const stru
     const struct facets none = {0}, *board = e->board ? e->board : &none;
     const struct facets *sample = e->sample ? e->sample : &none;
     size_t terms =
-        (size_t)(board->count + sample->count + 2 * c->views + c->cameras + 2 * c->lamps + 4);
-    size_t blocks = (size_t)(3 * c->lamps + c->views + c->cameras + 5);
+        (size_t)(board->count + sample->count + 2 * c->views + c->cameras + 4 * c->lamps + 5);
+    size_t blocks = (size_t)(4 * c->lamps + c->views + c->cameras + 5);
     struct problem p = {.observation = calloc(terms, sizeof *p.observation),
                         .term = calloc(terms, sizeof *p.term),
                         .parameter = calloc(blocks, sizeof *p.parameter),
@@ -398,7 +437,8 @@ static enum status solve(struct calibration *c, struct lamp_state *s, const stru
         add_facet(&p, &sample->facet[i], s, c, capture);
     for (int v = 0; e->highlight && v < c->views; v++)
         add_highlight(&p, &e->highlight[v], v, s, c);
-    hold_unseen_paper(&p);
+    add_scale(&p, s, c, capture);
+    hold_paper(&p);
     add_priors(&p, c);
     struct ceres_problem problem = {.parameter = p.parameter,
                                     .term = p.term,
@@ -436,6 +476,19 @@ static int send_away(struct lamp_state *s, int lamps)
     return more;
 }
 
+/** The strength of a lamp that has a place is none that has not. */
+static enum status check_strengths(const struct lamp_state *s, const struct calibration *c,
+                                   struct error *err)
+{
+    for (int l = 0; l < c->lamps; l++)
+        if (s->far[l] && c->lamp[l].known.sigma_all > 0 && !c->lamp[l].known.at_infinity)
+            return cap_fail(err, STATUS_DATA,
+                            "lamp %s: the photographs do not tell its distance, so the reference "
+                            "capture, in which it has one, does not tell how strong it is here",
+                            c->lamp[l].name);
+    return STATUS_OK;
+}
+
 enum status cal_lamp_fit(struct calibration *c, const struct capture *capture,
                          const struct lamp_evidence *evidence, bool may_be_far,
                          struct sample_shift *shift, struct error *err)
@@ -450,7 +503,10 @@ enum status cal_lamp_fit(struct calibration *c, const struct capture *capture,
     s.beams_free = may_be_far && evidence->sample && evidence->sample->count > 0;
     for (int round = 0; round < ROUNDS && !settled && !status; round++)
         status = solve(c, &s, capture, evidence, &moved, &settled, err);
-    if (!status && may_be_far && send_away(&s, c->lamps) > 0)
+    int sent = !status && may_be_far ? send_away(&s, c->lamps) : 0;
+    if (sent > 0)
+        status = check_strengths(&s, c, err);
+    if (!status && sent > 0)
         status = solve(c, &s, capture, evidence, &moved, &settled, err);
     moved.misfit = s.misfit;
     if (!status && shift)

@@ -30,13 +30,15 @@ double cal_chart_inverse_mm(double x2);
 struct observation {
     const struct facet *facet;  // NULL: a highlight or a prior
     const struct lamp_chart *chart;
-    vec3 point, normal, to_eye;  // in the lamp's frame
-    double radius;               // of the sample, a sphere about point - radius normal
-    vec3 axis[3];                // the world's axes in the lamp's frame
-    double log_f;                // of a patch
-    double q;                    // of vignetting
-    vec3 wi;                     // of a highlight: towards what the sample mirrors
-    double sigma[ECHOES];        // of the channels; of a highlight's direction; of a prior
+    vec3 point, normal, to_eye;         // in the lamp's frame
+    double radius;                      // of the sample, a sphere about point - radius normal
+    vec3 axis[3];                       // the world's axes in the lamp's frame
+    double log_f;                       // of a patch, or a sample of known albedo
+    const struct lamp_strength *known;  // of a lamp: KIND_STRENGTH and its prior
+    double log_power;                   // ln of the mean power of its views
+    double q;                           // of vignetting
+    vec3 wi;                            // of a highlight: towards what the sample mirrors
+    double sigma[ECHOES];               // of the channels; of a highlight's direction; of a prior
     int view, kind;
 };
 enum { SHIFTS = 3 };  // x, y, z
@@ -51,7 +53,10 @@ enum {
     KIND_SHAPE_PRIOR,
     KIND_PLACE_PRIOR,
     KIND_ECHO_PRIOR,
-    KIND_BEAM_PRIOR
+    KIND_BEAM_PRIOR,
+    KIND_STRENGTH,  // lamp_strength.h
+    KIND_STRENGTH_PRIOR,
+    KIND_ALBEDO_PRIOR
 };
 
 /** ceres_evaluate of an observation of a facet: residuals of ln L [3]. Blocks: place, ln E [3],

@@ -8,6 +8,7 @@
 
 static const double MIRROR_LEAST = 0.04;  // of varnish and glass, face on
 static const double FARTHEST_MM = 1e5;    // a lamp nearer than this has a place
+static const double WHITE = 0.8;          // of paper, where nothing tells of any scale as yet
 
 void lamp_state_free(struct lamp_state *s)
 {
@@ -18,6 +19,7 @@ void lamp_state_free(struct lamp_state *s)
     free(s->far);
     free(s->beam);
     free(s->log_power);
+    free(s->strength);
     free(s->vignetting);
 }
 
@@ -30,11 +32,12 @@ bool lamp_state_make(struct lamp_state *s, const struct calibration *c, double s
                              .far = calloc((size_t)c->lamps, sizeof *s->far),
                              .beam = calloc((size_t)c->lamps, sizeof *s->beam),
                              .log_power = calloc((size_t)c->views, sizeof *s->log_power),
+                             .strength = calloc((size_t)c->lamps, sizeof *s->strength),
                              .vignetting = calloc((size_t)c->cameras, sizeof *s->vignetting)};
     for (int k = 0; k < LAMP_KINDS; k++)
         s->scale[k] = scale;
     return s->chart && s->place && s->log_e && s->sigma_inverse && s->far && s->beam && s->log_power
-           && s->vignetting;
+           && s->strength && s->vignetting;
 }
 
 /** Where a lamp's chart begins: the sample (or the board's middle), as the lamp's frame has it. */
@@ -135,9 +138,12 @@ bool lamp_state_start(struct lamp_state *s, const struct calibration *c,
     for (int i = 0; i < board->count && patches; i++) {
         const struct facet *f = &board->facet[i];
         int l = c->view[f->view].light;
-        if (f->material < MATERIAL_PATCH)
+        if (f->material < MATERIAL_PATCH && (capture->patches || c->lamp[l].intensity[0] > 0))
             continue;
-        double log_f = log(capture->patch[f->material - MATERIAL_PATCH].albedo / CAP_PI);
+        double log_f =
+            log((f->material < MATERIAL_PATCH ? WHITE
+                                              : capture->patch[f->material - MATERIAL_PATCH].albedo)
+                / CAP_PI);
         const double known[3] = {log_f, log_f, log_f};
         average(s->log_e[l], ++patches[l], f, log_light(f, s, c), known);
     }
@@ -151,7 +157,7 @@ bool lamp_state_start(struct lamp_state *s, const struct calibration *c,
     return patches != NULL && start_lobe(s, c, sample);
 }
 
-static double mean_power(const struct lamp_state *s, const struct calibration *c, int l)
+double lamp_mean_power(const struct lamp_state *s, const struct calibration *c, int l)
 {
     double sum = 0;
     int n = 0;
@@ -270,14 +276,14 @@ void lamp_keep(struct calibration *c, const struct lamp_state *s, bool with_samp
                const struct lamp_spread *spread)
 {
     for (int l = 0; l < c->lamps; l++) {
-        keep_lamp(&c->lamp[l], s, l, c->lamps, mean_power(s, c, l), spread);
+        keep_lamp(&c->lamp[l], s, l, c->lamps, lamp_mean_power(s, c, l), spread);
         keep_covariance(&c->lamp[l], s, l, c->lamps, spread);
         keep_beam(&c->lamp[l], s, l, c->lamps, spread);
     }
     for (int v = 0; v < c->views; v++) {
         struct view *view = &c->view[v];
         int at = 6 * c->lamps + v;
-        view->power = exp(s->log_power[v]) / mean_power(s, c, view->light);
+        view->power = exp(s->log_power[v]) / lamp_mean_power(s, c, view->light);
         view->sigma_power = view->power * sqrt(lamp_covariance(spread, at, at));
     }
     for (int k = 0; k < c->cameras; k++)

@@ -15,6 +15,7 @@ struct lamp_state {
     double (*beam)[3];                // [lamps], beam_model.h; exponent 0: there is none
     bool beams_free;                  // those that are there are unknowns
     double *log_power;                // [views]
+    double (*strength)[3];            // [lamps] by what ln intensity is more than the reference has
     double log_paper[3], lobe[LOBE_SIZE];
     double shift[SHIFTS];  // of the sample: centre, from where the outline has it
     // By what share the sample's light on the board, and the board's on the sample, is more than
@@ -32,6 +33,9 @@ void lamp_state_free(struct lamp_state *s);
  *  lamps), paper and sample from them. */
 bool lamp_state_start(struct lamp_state *s, const struct calibration *c,
                       const struct capture *capture, const struct lamp_evidence *evidence);
+
+/** The mean of exp(log_power) over a lamp's views. */
+double lamp_mean_power(const struct lamp_state *s, const struct calibration *c, int lamp);
 
 /** A covariance of all unknowns: places [lamps][3], ln E [lamps][3], ln power [views], ..., and
  *  last the sample's centre [3]. */

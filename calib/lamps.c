@@ -4,6 +4,7 @@
 #include "cues.h"
 #include "highlight.h"
 #include "lamp.h"
+#include "reference.h"
 #include "view_map.h"
 
 #include <stdlib.h>
@@ -178,19 +179,34 @@ enum status cal_lamps_begin(struct lamp_search *search, struct calibration *c,
     const struct question board = {.c = c, .capture = capture, .out = out};
     enum status status = name_lamps(c, capture, err);
     *search = (struct lamp_search){.capture = capture, .out = out};
-    if (!status && capture->patches == 0)
+    if (!status && capture->reference) {
+        status = reference_strengths(c, capture, out, run, err);
+        cap_stage(run, "lamps", c->views);
+    } else if (!status && capture->patches == 0 && capture->sample_albedo <= 0)
         status = cap_fail(err, STATUS_DATA,
                           "%s: no `reference` in capture.yaml: without a patch of known albedo "
                           "reflectance has no scale",
                           capture->folder);
     if (!status)
         status = ask_all(&search->board, NULL, &board, run, err);
-    if (!status)
+    if (!status && capture->patches)
         status = check_patch(c, &search->board, run, err);
     if (!status)
         status = start_lamps(c, &search->board, run, err);
     const struct lamp_evidence evidence = {.board = &search->board, .doubt = 1};
     return status ? status : cal_lamp_fit(c, capture, &evidence, false, NULL, err);
+}
+
+enum status cal_lamps_by_board(struct calibration *c, const struct capture *capture,
+                               const char *out, struct run *run, struct error *err)
+{
+    struct lamp_search search = {0};
+    enum status status = cal_lamps_begin(&search, c, capture, out, run, err);
+    const struct lamp_evidence evidence = {.board = &search.board, .doubt = 1};
+    if (!status)
+        status = cal_lamp_fit(c, capture, &evidence, true, NULL, err);
+    cal_lamp_search_free(&search);
+    return status;
 }
 
 /** Does light move the sample away from its outline, by more than can be? */

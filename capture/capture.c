@@ -405,6 +405,7 @@ void cap_capture_free(struct capture *capture)
     free(capture->family);
     free(capture->tag);
     free(capture->patch);
+    free(capture->reference);
     free(capture->light);
     free(capture->photo);
     free(capture->shot);

@@ -99,54 +99,6 @@ static enum status check_sample(struct capture *capture, const struct capture_ya
                               err);
 }
 
-/* A patch: plane to a hundredth of its size, convex, its corners in order and apart. */
-static bool is_flat_convex(const vec3 corner[4])
-{
-    vec3 normal = vec3_cross(vec3_sub(corner[2], corner[0]), vec3_sub(corner[3], corner[1]));
-    double twice_area = vec3_length(normal);
-    double diagonal = vec3_length(vec3_sub(corner[2], corner[0]));
-    if (!(twice_area > 1e-6 * diagonal * diagonal))
-        return false;
-    normal = vec3_scale(normal, 1 / twice_area);
-    for (int k = 0; k < 4; k++) {
-        vec3 along = vec3_sub(corner[(k + 1) % 4], corner[k]);
-        vec3 next = vec3_sub(corner[(k + 2) % 4], corner[(k + 1) % 4]);
-        if (!(vec3_dot(vec3_cross(along, next), normal) > 0)
-            || fabs(vec3_dot(along, normal)) > 0.01 * diagonal)
-            return false;
-    }
-    return true;
-}
-
-static enum status check_patches(struct capture *capture, const struct capture_yaml *yaml,
-                                 struct error *err)
-{
-    unsigned count = yaml->root->patches;
-    if (count == 0)
-        return STATUS_OK;
-    capture->patch = calloc(count, sizeof *capture->patch);
-    if (!capture->patch)
-        return cap_fail(err, STATUS_MEMORY, "%s", yaml->source.file);
-    capture->patches = (int)count;
-    for (unsigned i = 0; i < count; i++) {
-        const struct yaml_patch *given = &yaml->root->patch[i];
-        struct patch *patch = &capture->patch[i];
-        char path[64];
-        snprintf(path, sizeof path, "reference[%u].albedo", i);
-        if (!(given->albedo > 0 && given->albedo <= 1))
-            return yaml_source_fail(&yaml->source, err, path, "has to be above 0 and at most 1");
-        patch->albedo = given->albedo;
-        for (int k = 0; k < 4; k++)
-            patch->corner[k] = vec3_of(given->corner[k]);
-        snprintf(path, sizeof path, "reference[%u].corners", i);
-        if (!is_flat_convex(patch->corner))
-            return yaml_source_fail(&yaml->source, err, path,
-                                    "these are not the corners of a flat patch: bottom left, "
-                                    "bottom right, top right, top left");
-    }
-    return STATUS_OK;
-}
-
 static enum status check_light(struct light_place *light, const struct capture_yaml *yaml,
                                unsigned i, struct error *err)
 {
@@ -254,7 +206,7 @@ enum status capture_check(struct capture *capture, const struct capture_yaml *ya
     if (!status)
         status = check_sample(capture, yaml, err);
     if (!status)
-        status = check_patches(capture, yaml, err);
+        status = capture_check_reference(capture, yaml, err);
     if (!status)
         status = check_lights(capture, yaml, err);
     if (!status)

@@ -60,9 +60,9 @@ static const cyaml_schema_field_t sample_fields[] = {
     CYAML_FIELD_END};
 
 static const cyaml_schema_field_t patch_fields[] = {
-    NUMBER("albedo", NEED, yaml_patch, albedo),
-    CYAML_FIELD_SEQUENCE_FIXED("corners", NEED, struct yaml_patch, corner, &point, 4),
-    CYAML_FIELD_END};
+    NUMBER("albedo", MAY, yaml_patch, albedo),
+    CYAML_FIELD_SEQUENCE_FIXED("corners", MAY, struct yaml_patch, corner, &point, 4),
+    TEXT("capture", MAY, yaml_patch, capture), CYAML_FIELD_END};
 static const cyaml_schema_value_t patch = {
     CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct yaml_patch, patch_fields)};
 
@@ -145,6 +145,7 @@ static const struct yaml_rules rules = {
                                    "camera[].use",
                                    "sample.shape",
                                    "sample.file",
+                                   "reference[].capture",
                                    "photos.pattern",
                                    "lights[].name",
                                    "lights[].photos",

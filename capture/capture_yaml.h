@@ -24,6 +24,7 @@ struct yaml_sample {
     double radius, radius_sigma, height, center[3], axis[3], pose[6];
 };
 struct yaml_patch {
+    char *capture;
     double albedo, corner[4][3];
 };
 /** Selections are globs on the file name. */
@@ -98,6 +99,9 @@ enum status capture_check_cameras(struct capture *capture, const struct capture_
 #define CAPTURE_AXIS_TOLERANCE 1e-3
 enum status capture_check_axis(vec3 *axis, const struct capture_yaml *yaml, const char *path,
                                const double given[3], vec3 fallback, struct error *err);
+/** Its part of that: patches, or a capture for their place (reference_check.c). */
+enum status capture_check_reference(struct capture *capture, const struct capture_yaml *yaml,
+                                    struct error *err);
 /** Its part of that: what stands in the way (occluders.c). */
 enum status capture_check_occluders(struct capture *capture, const struct capture_yaml *yaml,
                                     struct error *err);

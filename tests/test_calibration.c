@@ -75,7 +75,8 @@ static struct lamp lamps[2] = {
       {2e-4, 3e-4, 0.0064, 5e-6},
       {-3e-6, 4e-6, 5e-6, 1e-8}},
      {[CUE_BOARD] = {{0, 0, 1}, 0.002, 650, 1.5}, [CUE_HIGHLIGHT] = {{0, 0.6, 0.8}, 0.001, 0, 0}},
-     {{0.6, 0, 0.8}, 4.5, 0.98, 0.003, 0.05}},
+     {{0.6, 0, 0.8}, 4.5, 0.98, 0.003, 0.05},
+     {0}},
     {"sun",
      false,
      true,
@@ -88,7 +89,8 @@ static struct lamp lamps[2] = {
      {0.1, 0, 0},
      {{0}},
      {{{0, 0, 0}, 0, 0, 0}},
-     {{0, 0, 0}, 0, 0, 0, 0}}};
+     {{0, 0, 0}, 0, 0, 0, 0},
+     {0}}};
 static const struct calibration full = {.camera = cameras,
                                         .view = views,
                                         .lamp = lamps,

@@ -124,6 +124,23 @@ static struct row {
      "goniocam: 1\nreference: {albedo: 1.2,\n"
      "  corners: [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]}\n",
      2, "albedo"},
+    {"a patch without albedo",
+     "goniocam: 1\nreference:\n  corners: [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]\n", 3,
+     "reference[0].albedo: is missing"},
+    {"a patch without corners", "goniocam: 1\nreference:\n  albedo: 0.9\n", 3,
+     "reference[0].corners: is missing"},
+    {"a reference capture that is not there", "goniocam: 1\nreference:\n  capture: nowhere\n", 3,
+     "reference[0].capture: is no capture"},
+    {"a reference capture with corners",
+     "goniocam: 1\nreference:\n  capture: white\n"
+     "  corners: [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]\n",
+     4, "reference[0].corners: are those"},
+    {"a reference capture beside a patch",
+     "goniocam: 1\nreference:\n- capture: white\n"
+     "- albedo: 0.9\n  corners: [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]\n",
+     3, "reference[0].capture: a capture is the only"},
+    {"a reference sample brighter than white",
+     "goniocam: 1\nreference:\n  capture: white\n  albedo: 1.1\n", 4, "reference[0].albedo"},
     {"two lamps of one name",
      "goniocam: 1\nlights:\n- {name: a, photos: x*}\n- {name: a, photos: y*}\n", 4,
      "lights[1].name"},

@@ -222,6 +222,42 @@ static void test_unknown_light_of_the_ball_is_found(void **state)
     end_scene(&s);
 }
 
+/** Without a patch, what another capture says of the lamps is the scale. Two lamps that are one
+ *  there share its error: it does not average out. */
+static void test_strength_from_elsewhere(void **state)
+{
+    (void)state;
+    struct scene s;
+    const double error = 0.02;
+    int papers = 0;
+    make_scene(&s, false, 0);
+    for (int i = 0; i < s.board.count; i++)
+        if (s.board.facet[i].material == MATERIAL_PAPER)
+            s.board.facet[papers++] = s.board.facet[i];
+    s.board.count = papers;
+    s.capture.patches = 0;
+    const struct lamp_evidence evidence = {.board = &s.board, .doubt = 1};
+    for (int l = 0; l < 2; l++) {
+        struct lamp_strength *known = &s.lamp[l].known;
+        *known = (struct lamp_strength){.of = 0, .sigma_all = error, .sigma_each = 0.001};
+        double mean = (s.power[l] + s.power[l + 2]) / 2;
+        for (int c = 0; c < 3; c++)
+            known->log_intensity[c] = log(s.intensity[c] * mean) + error;
+        assert_int_equal(cal_lamp_start(&s.calibration, l, &s.board, NULL), STATUS_OK);
+    }
+    assert_int_equal(cal_lamp_fit(&s.calibration, &s.capture, &evidence, true, NULL, NULL),
+                     STATUS_OK);
+    for (int l = 0; l < 2; l++) {
+        assert_near(vec3_length(vec3_sub(s.lamp[l].position, s.position[l])), 0, 0.1);
+        double mean = (s.power[l] + s.power[l + 2]) / 2;
+        for (int c = 0; c < 3; c++) {
+            assert_near(log(s.lamp[l].intensity[c] / (s.intensity[c] * mean)), error, 1e-3);
+            assert_near(s.lamp[l].sigma_intensity[c] / s.lamp[l].intensity[c], error, 0.1 * error);
+        }
+    }
+    end_scene(&s);
+}
+
 static double beam_at(const struct lamp_chart *chart, const double *x, const double *b, vec3 point)
 {
     const struct lamp lamp = {
@@ -351,6 +387,7 @@ int main(void)
         cmocka_unit_test(test_board_alone),
         cmocka_unit_test(test_glossy_ball_of_another_family),
         cmocka_unit_test(test_unknown_light_of_the_ball_is_found),
+        cmocka_unit_test(test_strength_from_elsewhere),
         cmocka_unit_test(test_a_beam_by_numbers),
         cmocka_unit_test(test_a_beam_is_found),
         cmocka_unit_test(test_when_a_beam_is_suspected),

@@ -74,6 +74,16 @@ struct lamp_cue {
 /** "joint", "board", "sample", "highlight". */
 const char *cal_cue_name(enum cue cue);
 
+/** How strong a lamp is by a capture of its own: ln of its intensity (at infinity: irradiance), at
+ *  the mean power of this capture's shots. `of`: the first lamp here that is the same one there. */
+struct lamp_strength {
+    int of;
+    bool at_infinity;
+    double log_intensity[3];
+    double sigma_all, sigma_each;  // what the channels share, and what each has; 0: nothing known
+    double sigma_power;            // of the mean power here beside that there
+};
+
 /** A lamp: a point (frame world, or camera: it moves with it), or at infinity.
  *  A point:     L = f intensity power share cos(theta_i) / r^2, r from the position; beam.h
  *  At infinity: L = f irradiance power cos(theta_i), direction is unit and towards the lamp */
@@ -89,6 +99,7 @@ struct lamp {
     double covariance[4][4];
     struct lamp_cue cue[CUES];
     struct beam beam;  // of a point: its fall-off to the side
+    struct lamp_strength known;
 };
 
 /** A scanned object: triangles with smooth normals. */

@@ -157,6 +157,13 @@ struct capture {
     struct occluder *occluder;
     int occluders;
     int patches;
+    // In the place of patches: the path of a second capture, which tells how strong the lamps are.
+    char *reference;
+    double reference_albedo;  // of that capture's sample, 0: it has patches of its own
+    // Of such a capture, while it is calibrated: its lamps are wanted even without a sample; the
+    // albedo of its sample, 0: patches give the scale.
+    bool gives_scale;
+    double sample_albedo;
     struct light_place *light;  // at least one: without `lights`, all photographs share "light"
     int lights;
     struct photo *photo;  // ordered by name, digits compared as numbers
