@@ -45,7 +45,8 @@ struct light_node {
     char *name, *frame;
     double *position, *direction, *intensity, *irradiance;  // [3] each, or NULL
     double *beam_axis, beam_falloff[2], sigma_beam[2];
-    double radius, sigma_position[3], sigma_direction[3], sigma_intensity[3], sigma_irradiance[3];
+    double radius, sigma_radius, sigma_position[3], sigma_direction[3], sigma_intensity[3],
+        sigma_irradiance[3];
     double covariance[16];
     struct cue_node *cue;
     int cues;
@@ -130,8 +131,10 @@ static const cyaml_schema_field_t shot_fields[] = {TEXT(NEED, shot_node, name),
                                                    NUMBER(MAY, shot_node, sigma_glare),
                                                    LIST("tags", MAY, shot_node, tag, &tag_value),
                                                    CYAML_FIELD_END};
-static const cyaml_strval_t cue_names[] = {
-    {"board", CUE_BOARD}, {"sample", CUE_SAMPLE}, {"highlight", CUE_HIGHLIGHT}};
+static const cyaml_strval_t cue_names[] = {{"board", CUE_BOARD},
+                                           {"sample", CUE_SAMPLE},
+                                           {"highlight", CUE_HIGHLIGHT},
+                                           {"shadow", CUE_SHADOW}};
 static const cyaml_schema_field_t cue_fields[] = {CYAML_FIELD_ENUM("cue", CYAML_FLAG_STRICT,
                                                                    struct cue_node, cue, cue_names,
                                                                    CYAML_ARRAY_LEN(cue_names)),
@@ -149,6 +152,7 @@ static const cyaml_schema_field_t light_fields[] = {TEXT(NEED, light_node, name)
                                                     VECTOR(light_node, intensity),
                                                     VECTOR(light_node, irradiance),
                                                     NUMBER(MAY, light_node, radius),
+                                                    NUMBER(MAY, light_node, sigma_radius),
                                                     VECTOR(light_node, beam_axis),
                                                     NUMBERS(MAY, light_node, beam_falloff, 2),
                                                     NUMBERS(MAY, light_node, sigma_beam, 2),
@@ -265,6 +269,7 @@ static enum status take_light(struct lamp *lamp, struct light_node *node, struct
     if (point) {
         lamp->position = vec3_of(node->position);
         lamp->radius = node->radius;
+        lamp->sigma_radius = node->sigma_radius;
         if (node->beam_axis && node->beam_falloff[1] > 0)
             lamp->beam =
                 (struct beam){vec3_of(node->beam_axis), node->beam_falloff[0],

@@ -121,6 +121,7 @@ static void write_lamp(struct yaml_out *out, const struct lamp *l)
         write_vec3(out, "position", l->position);
         numbers_if_known(out, "sigma_position", l->sigma_position, 3);
         number_if_known(out, "radius", l->radius);
+        number_if_known(out, "sigma_radius", l->sigma_radius);
     }
     if (l->beam.exponent > 0) {
         const double falloff[2] = {l->beam.exponent, l->beam.cosine};

@@ -17,7 +17,7 @@ static const double HARMLESS = 0.001;         // rad: 0.06 degrees cost half a p
 
 const char *cal_cue_name(enum cue cue)
 {
-    static const char *const names[CUES] = {"joint", "board", "sample", "highlight"};
+    static const char *const names[CUES] = {"joint", "board", "sample", "highlight", "shadow"};
     return names[cue];
 }
 
@@ -138,6 +138,7 @@ void cal_cues_compare(const struct lamp *lamp, struct run *run)
                 "%s",
                 lamp->name, cal_cue_name((enum cue)k), off * 180 / CAP_PI, off / due,
                 k == CUE_BOARD    ? "other light on the board, or paper that is not even"
+                : k == CUE_SHADOW ? "a board that is not flat, or a second lamp"
                 : k == CUE_SAMPLE ? "a sample that is not of one material, or not a sphere"
                                   : "a sample that is not a sphere, or a second lamp");
     }

@@ -5,6 +5,7 @@
 #include "highlight.h"
 #include "lamp.h"
 #include "reference.h"
+#include "shadow.h"
 #include "view_map.h"
 
 #include <stdlib.h>
@@ -312,6 +313,8 @@ enum status cal_lamps_end(struct lamp_search *search, struct calibration *c, str
         status = cal_board_survey(&search->survey, c, search->capture, search->out, run, err);
     if (!status)
         status = fit_beams(search, c, &sample, highlight, run, err);
+    if (!status)
+        status = cal_shadow_cues(c, search->capture, search->out, run, err);
     free(sample.facet);
     free(highlight);
     return status;

@@ -244,6 +244,9 @@ static void print_lamp(const struct lamp *l, FILE *to)
                 "axis at the sample (+- %.2g)\n",
                 l->beam.exponent, l->beam.sigma_exponent, acos(fmin(l->beam.cosine, 1)) * degrees,
                 l->beam.sigma_axis * degrees);
+    if (l->sigma_radius > 0)
+        fprintf(to, "  a ball of radius %.1f mm, by its shadow (+- %.1f)\n", l->radius,
+                l->sigma_radius);
     print_cues(l, to);
 }
 

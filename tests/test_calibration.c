@@ -66,6 +66,7 @@ static struct lamp lamps[2] = {
      {-78.4274, -561.186, 298.1767},
      {0, 0, 0},
      12.5,
+     0.7,
      {1e5, 1.1e5, 0.9e5},
      {0.06, 0.07, 0.08},
      {0},
@@ -82,6 +83,7 @@ static struct lamp lamps[2] = {
      true,
      {0, 0, 0},
      {0, 0.6, 0.8},
+     0,
      0,
      {1, 2, 3},
      {0},
@@ -144,7 +146,7 @@ static void assert_same_lamps(const struct lamp *a, const struct lamp *b)
     assert_true(a->on_camera == b->on_camera && a->at_infinity == b->at_infinity);
     assert_memory_equal(&a->position, &b->position, sizeof a->position);
     assert_memory_equal(&a->direction, &b->direction, sizeof a->direction);
-    assert_true(a->radius == b->radius);
+    assert_true(a->radius == b->radius && a->sigma_radius == b->sigma_radius);
     assert_memory_equal(a->intensity, b->intensity, sizeof a->intensity);
     assert_memory_equal(a->sigma_position, b->sigma_position, sizeof a->sigma_position);
     assert_memory_equal(a->sigma_direction, b->sigma_direction, sizeof a->sigma_direction);

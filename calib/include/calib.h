@@ -64,14 +64,14 @@ struct view {
 };
 
 /** What one kind of evidence alone says of a lamp, seen from the sample: all of it together, the
- *  shading of board and patch, the shading of the sample, the highlights on it. */
-enum cue { CUE_JOINT, CUE_BOARD, CUE_SAMPLE, CUE_HIGHLIGHT, CUES };
+ *  shading of board and patch, the shading of the sample, the highlights on it, its shadow on the board. */
+enum cue { CUE_JOINT, CUE_BOARD, CUE_SAMPLE, CUE_HIGHLIGHT, CUE_SHADOW, CUES };
 struct lamp_cue {
     vec3 direction;                   // unit, in the lamp's frame
     double sigma;                     // of direction, rad, each way; 0: this cue tells nothing
     double distance, sigma_distance;  // 0: it does not tell a distance
 };
-/** "joint", "board", "sample", "highlight". */
+/** "joint", "board", "sample", "highlight", "shadow". */
 const char *cal_cue_name(enum cue cue);
 
 /** How strong a lamp is by a capture of its own: ln of its intensity (at infinity: irradiance), at
@@ -92,6 +92,7 @@ struct lamp {
     bool on_camera, at_infinity;
     vec3 position, direction;
     double radius;        // of a point's ball, which is seen evenly bright, mm; 0: not known
+    double sigma_radius;  // where photographs told it
     double intensity[3];  // or irradiance
     double sigma_position[3], sigma_direction[3], sigma_intensity[3];
     // Of position (at infinity: direction) and ln intensity, the mean of its channels: a lamp that
