@@ -25,6 +25,7 @@
 #include <string.h>
 
 enum { PIECES = 160, SIZE_PIECES = 60, AROUND = 48, TIES_MIN = 8, ROUNDS = 12, UNKNOWNS = 3 };
+static const double COVERED = 0.1;      // of the radius: a wider penumbra is not seen to its ends
 static const double SURFACE_MM = 0.15;  // thickness of paper, and how flat a board is
 static const double EDGE_SIGMA = 0.02;  // mm: no edge is better than that
 static const double BIWEIGHT = 4.685;   // 95 % efficient for normal errors
@@ -32,7 +33,7 @@ static const double SIGMA_MAX = 0.1;    // rad: a cue less sure than this tells 
 static const double BLUR_UNSURE = 0.1;  // of what the lens blurs
 static const double LIMB_BENDS = 0.02;  // of a size: what taking the limb for straight costs
 static const double SIGNIFICANT = 3;    // sigmas of a size
-static const double SCATTER_MAX = 3;    // of edges, in sigmas: more is no shadow
+static const double SCATTER_MAX = 0.5;  // mm, of edges: more is no shadow
 
 /* ---- the lamp's place ------------------------------------------------------------------------ */
 
@@ -193,6 +194,14 @@ static vec3 middle_of(const struct tie *tie, int count)
     return sum;
 }
 
+static double middle_sigma(const struct tie *tie, int count)
+{
+    double sum = 0;
+    for (int i = 0; i < count; i++)
+        sum += tie[i].sigma / count;
+    return sum;
+}
+
 enum status shadow_cue(struct lamp_cue *cue, const struct calibration *c, int l,
                        const struct shadow_piece *piece, int count, vec3 normal, struct error *err)
 {
@@ -219,7 +228,8 @@ enum status shadow_cue(struct lamp_cue *cue, const struct calibration *c, int l,
             p.x[a] += step[a];
         p.x[2] = fmax(p.x[2], 0);
     }
-    if (!good || fabs(step[0]) + fabs(step[1]) > 1e-4 || p.scale > SCATTER_MAX)
+    if (!good || fabs(step[0]) + fabs(step[1]) > 1e-4
+        || p.scale * middle_sigma(tie, count) > SCATTER_MAX)
         goto done;
     covariance_of(covariance, &p, tie, work, count, c, lamp,
                   c->view[piece[0].view].view_from_world);
@@ -365,12 +375,13 @@ static enum status one_lamp(struct calibration *c, int l, struct shadow_piece *p
     if (!status && lamp->radius == 0 && !lamp->at_infinity) {
         double most = largest_size(piece, count, c->sample.radius);
         lamp->radius = shadow_size(piece, count, most, run, &lamp->sigma_radius);
-        int kept = 0;
-        for (int i = 0; i < count; i++)
-            if (isfinite(shadow_edge_fit(&piece[i], lamp->radius, 1)))
-                piece[kept++] = piece[i];
-        count = kept;
     }
+    int kept = 0;
+    for (int i = 0; i < count; i++)
+        if (piece[i].spread * lamp->radius < COVERED * c->sample.radius
+            && isfinite(shadow_edge_fit(&piece[i], lamp->radius, 1)))
+            piece[kept++] = piece[i];
+    count = kept;
     return status ? status
                   : shadow_cue(&lamp->cue[CUE_SHADOW], c, l, piece, count, plane->normal, err);
 }

@@ -64,7 +64,8 @@ struct view {
 };
 
 /** What one kind of evidence alone says of a lamp, seen from the sample: all of it together, the
- *  shading of board and patch, the shading of the sample, the highlights on it, its shadow on the board. */
+ *  shading of board and patch, the shading of the sample, the highlights on it, its shadow on the
+ * board. */
 enum cue { CUE_JOINT, CUE_BOARD, CUE_SAMPLE, CUE_HIGHLIGHT, CUE_SHADOW, CUES };
 struct lamp_cue {
     vec3 direction;                   // unit, in the lamp's frame
