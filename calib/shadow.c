@@ -32,7 +32,7 @@ static const double BIWEIGHT = 4.685;   // 95 % efficient for normal errors
 static const double SIGMA_MAX = 0.1;    // rad: a cue less sure than this tells nothing
 static const double BLUR_UNSURE = 0.1;  // of what the lens blurs
 static const double LIMB_BENDS = 0.02;  // of a size: what taking the limb for straight costs
-static const double SIGNIFICANT = 3;    // sigmas of a size
+static const double SIGNIFICANT = 6;    // sigmas of a size: what blurs an edge is not only the lamp
 static const double SCATTER_MAX = 0.5;  // mm, of edges: more is no shadow
 
 /* ---- the lamp's place ------------------------------------------------------------------------ */

@@ -17,7 +17,7 @@ enum status shadow_cue(struct lamp_cue *cue, const struct calibration *calibrati
                        const struct shadow_piece *piece, int count, vec3 board_normal,
                        struct error *err);
 /** The radius of the lamp that cast a shadow with these pieces, and its sigma; 0 where it is not
- *  three sigmas. Fits the pieces. */
+ *  six sigmas. Fits the pieces. */
 double shadow_size(struct shadow_piece *piece, int count, double most, struct run *run,
                    double *sigma);
 #endif
