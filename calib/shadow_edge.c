@@ -221,7 +221,12 @@ int shadow_pieces(struct shadow_piece *piece, int have, int most, int count,
 /** F of the lamp's disc of half width w, blurred by b: Gauss-Chebyshev of the second kind. */
 static double lit_share(double t, double w, double b)
 {
+    const double far = 6;  // deviations of a Gaussian: all of it but 1e-9
     double sum = 0;
+    if (fabs(t) > w + far * b)
+        return t > 0 ? 1 : 0;
+    if (!(w > 0))
+        return 0.5 * erfc(-t / (b * sqrt(2)));
     for (int k = 1; k <= NODES; k++) {
         double a = k * CAP_PI / (NODES + 1), s = sin(a);
         sum += s * s * erfc((w * cos(a) - t) / (b * sqrt(2)));
