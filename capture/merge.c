@@ -146,11 +146,11 @@ INLINE void signal_of(lanes *d, flags *below, const struct group *g, const float
 
 /* Is frame f, with a signal that the sum predicts, far enough from saturation? `steady` is the
  * share of read noise in its variance there. */
-INLINE void is_safe(flags *safe, const struct group *g, lanes predicted, lanes steady, float before,
-                    int f)
+INLINE void is_safe(flags *safe, const struct group *g, const lanes *predicted, const lanes *steady,
+                    float before, int f)
 {
-    const lanes gap = g->usable - g->black - predicted, q = gap * g->verge;
-    const lanes m = before + ((float)f - before) * steady;
+    const lanes gap = g->usable - g->black - *predicted, q = gap * g->verge;
+    const lanes m = before + ((float)f - before) * *steady;
     *safe = NEGATIVE(-gap) & NEGATIVE(m - q * q * (1 + m));
 }
 
@@ -166,7 +166,8 @@ INLINE void choose(struct group *g, const float *const *dn, int at, const struct
         lanes d;
         flags below, safe;
         signal_of(&d, &below, g, dn[f] + at);
-        is_safe(&safe, g, (g->sum + d) * timing->share[f], steady, timing->before[f], f);
+        const lanes predicted = (g->sum + d) * timing->share[f];
+        is_safe(&safe, g, &predicted, &steady, timing->before[f], f);
         serves &= below & safe;
         g->sum += WHERE(serves, d);
         g->second = EITHER(serves, (lanes){0} + timing->second[f], g->second);
