@@ -5,347 +5,25 @@
  *           (known), the paper's (unknown), or the sample's lobe (lobe.h: any isotropic
  *           reflectance). k of a lamp's first view is held; at the end powers get mean 1. Cauchy's
  *           loss takes shadows and stains out; it begins ten times wider than it ends, since a
- *           start from the board alone can be half a metre off. Facets whose way to the lamp the
- * sample blocks, or that see it too flat, are left out; since that needs the lamp, all is done
- * again. How far paper, patch and sample really stray from the model their own residuals tell, and
- *           weights follow that. A lamp whose distance comes out below FAR_SIGMAS sigmas of its
- *           inverse is at infinity: its distance is held there, and it has a direction alone.
+ *           start from the board alone can be half a metre off. Which facets the lamp lights needs
+ *           the lamp (lamp_problem.c): all is done again. How far paper, patch and sample really
+ *           stray from the model their own residuals tell, and weights follow that. A lamp whose
+ *           distance comes out below FAR_SIGMAS sigmas of its inverse is at infinity: its distance
+ *           is held there, and it has a direction alone.
  * Accuracy. The sandwich over views is used for sigmas (views share errors of pose and model),
  *           never below the formal ones.
  */
-#include "ceres_shim.h"
-#include "beam_model.h"
-#include "lamp_scale.h"
-#include "lamp_state.h"
+#include "lamp_problem.h"
 #include "sandwich.h"
 
-#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
-static const double FLOOR_BOARD = 0.003;  // paper and patch are even to this, to begin with
-static const double FLOOR_SAMPLE = 0.01;  // and any sample, with its lobe, to this
 static const double TOLERANCE = 1e-5;  // of the cost: lamps are then within a hundredth of a sigma
-static const double OUTLIER = 3;       // scale of Cauchy's loss, in sigma
-static const double COS_MIN = 0.17;    // 80 degrees: beyond it, a facet is too flat
-static const double SHADOW_MM = 3;
-static const double CLEAR =
-    0.01;  // of a mesh's radius: a way to the lamp begins above its own facet
-static const double VIGNETTING_PRIOR = 0.3;
-static const double POWER_PRIOR = 0.5;  // of ln k: a lamp does not double its light between shots
-// Of a lamp's numbers, so weak that it matters only where nothing else tells: a flat board under a
-// lamp at infinity is lit alike from everywhere.
-static const double PLACE_PRIOR[3] = {1, 1, 10};
-// Of light between board and sample, in its kinds, beside the strength of all such light. Of the
-// gloss there may be none: renderers leave out what it throws onto the board (caustics). A mirror's
-// reflectance is anything up to 1, where its highlight is not measured.
-static const double ECHO_PRIOR[ECHOES] = {0.05, 1, 1, 0.5, 0.5, 0.5, 1};
-static const double NO_MIRROR = 1e-6;
-// Of a beam: an axis that points past the scene, and any exponent.
-static const double BEAM_PRIOR[BEAM_NUMBERS] = {1, 1, 20};
 static const double FAR_SIGMAS = 3;
 static const double SETTLED = 0.1;                    // of the logarithm of such a scale
 static const double SCALE_MIN = 0.1, SCALE_MAX = 10;  // of a material's sigmas, by its residuals
 enum { ROUNDS = 4 };
-
-/* ---- which facets take part ---------------------------------------------------------------------
- */
-
-/** Fill an observation; false: the facet sees the lamp or the camera too flat, or not at all. */
-static bool observe(struct observation *o, const struct facet *f, const struct lamp_state *s,
-                    const struct calibration *c, const struct capture *capture)
-{
-    const struct view *view = &c->view[f->view];
-    const struct lamp *lamp = &c->lamp[view->light];
-    const struct camera *camera = &c->camera[view->camera];
-    vec3 eye = cal_eye(view->view_from_world);
-    vec3 at = cal_lamp_position(lamp, view->view_from_world);
-    double unused;
-    vec3 to_lamp = cal_lamp_way(lamp, view->view_from_world, f->point, &unused);
-    vec3 to_eye = vec3_normalize(vec3_sub(eye, f->point));
-    bool board = f->material != MATERIAL_SAMPLE;
-    if (!f->bright || vec3_dot(to_lamp, f->normal) < (board ? 0.05 : COS_MIN)
-        || vec3_dot(to_eye, f->normal) < (board ? 0.05 : COS_MIN))
-        return false;
-    if (board && cal_sample_between(&c->sample, f->point, at, SHADOW_MM))
-        return false;
-    if (!board && c->sample.shape == SHAPE_MESH) {  // its own shadow
-        vec3 above = vec3_add(f->point, vec3_scale(f->normal, CLEAR * c->sample.radius));
-        if (cal_sample_between(&c->sample, above, at, 0))
-            return false;
-    }
-    double dx = f->pixel[0] - camera->center[0], dy = f->pixel[1] - camera->center[1];
-    *o = (struct observation){
-        .facet = f,
-        .chart = &s->chart[view->light],
-        .point = cal_lamp_frame(lamp, view->view_from_world, f->point),
-        .normal = cal_lamp_frame_direction(lamp, view->view_from_world, f->normal),
-        .to_eye = cal_lamp_frame_direction(lamp, view->view_from_world, to_eye),
-        .radius = c->sample.radius,
-        .q = (dx * dx + dy * dy) * 4
-             / ((double)camera->width * camera->width + (double)camera->height * camera->height),
-        .view = f->view,
-        .kind = !board                          ? KIND_SAMPLE
-                : f->material == MATERIAL_PAPER ? KIND_PAPER
-                                                : KIND_PATCH,
-    };
-    for (int k = 0; k < 3; k++)
-        o->axis[k] =
-            cal_lamp_frame_direction(lamp, view->view_from_world, (vec3){k == 0, k == 1, k == 2});
-    if (o->kind == KIND_PATCH)
-        o->log_f = log(capture->patch[f->material - MATERIAL_PATCH].albedo / CAP_PI);
-    for (int k = 0; k < 3; k++) {
-        // Noise is known; what else a facet may stray by is scaled to what it does.
-        double noise = f->noise[k] / f->mean[k], floor = board ? FLOOR_BOARD : FLOOR_SAMPLE;
-        double model = hypot(sqrt(fmax(f->sigma[k] * f->sigma[k] - noise * noise, 0)), floor);
-        o->sigma[k] = hypot(noise, s->scale[o->kind] * model) * (board ? 1 : s->doubt);
-        o->sigma[k] = hypot(o->sigma[k], f->doubt[k]);
-    }
-    return true;
-}
-
-/* ---- the problem --------------------------------------------------------------------------------
- */
-
-/** A least-squares problem over a state. */
-struct problem {
-    struct observation *observation;
-    struct ceres_term *term;
-    struct ceres_parameter *parameter;
-    bool *held;  // all true, room for the largest block
-    int terms, parameters;
-    int at_intensity, at_power, at_vignetting, at_paper, at_lobe, at_echo, at_lit, at_strength,
-        at_beam, at_shift;  // first
-};
-
-static void problem_free(struct problem *p)
-{
-    free(p->observation);
-    free(p->term);
-    free(p->parameter);
-    free(p->held);
-}
-
-static void add_parameters(struct problem *p, struct lamp_state *s, const struct calibration *c,
-                           bool has_flat, bool has_sample)
-{
-    static const bool distance_held[3] = {false, false, true};
-    static const double beam_low[BEAM_NUMBERS] = {-3, -3, 1e-3}, beam_high[] = {3, 3, 100};
-    static const double nearest[3] = {-10, -10, 0}, farthest[3] = {10, 10, 100};  // w >= 0
-    bool *hold = p->held;
-    int n = 0;
-    for (int l = 0; l < c->lamps; l++)
-        p->parameter[n++] = (struct ceres_parameter){.value = s->place[l],
-                                                     .size = 3,
-                                                     .held = s->far[l] ? distance_held : NULL,
-                                                     .low = s->far[l] ? NULL : nearest,
-                                                     .high = s->far[l] ? NULL : farthest};
-    p->at_intensity = n;
-    for (int l = 0; l < c->lamps; l++)
-        p->parameter[n++] = (struct ceres_parameter){.value = s->log_e[l], .size = 3};
-    p->at_power = n;
-    for (int v = 0; v < c->views; v++) {
-        bool first = true;
-        for (int w = 0; w < v; w++)
-            first = first && c->view[w].light != c->view[v].light;
-        p->parameter[n++] = (struct ceres_parameter){
-            .value = &s->log_power[v], .size = 1, .held = first ? hold : NULL, .eliminate = !first};
-    }
-    p->at_vignetting = n;
-    for (int k = 0; k < c->cameras; k++)
-        p->parameter[n++] = (struct ceres_parameter){
-            .value = s->vignetting[k], .size = 2, .held = has_flat ? hold : NULL};
-    p->at_paper = n;
-    p->parameter[n++] = (struct ceres_parameter){.value = s->log_paper, .size = 3};
-    p->at_lobe = n;
-    p->parameter[n++] = (struct ceres_parameter){
-        .value = s->lobe, .size = LOBE_SIZE, .held = has_sample ? NULL : hold};
-    p->at_echo = n;
-    p->parameter[n++] = (struct ceres_parameter){
-        .value = s->echo, .size = ECHOES, .held = c->surroundings.strength > 0 ? NULL : hold};
-    p->at_lit = n;
-    p->parameter[n++] =
-        (struct ceres_parameter){.value = s->lit,
-                                 .size = ECHOES,
-                                 .held = has_sample && c->surroundings.strength > 0 ? NULL : hold};
-    p->at_strength = n;
-    for (int l = 0; l < c->lamps; l++) {
-        const struct lamp_strength *known = &c->lamp[l].known;
-        p->parameter[n++] =
-            (struct ceres_parameter){.value = s->strength[l],
-                                     .size = 3,
-                                     .held = known->sigma_all > 0 && known->of == l ? NULL : hold};
-    }
-    p->at_beam = n;
-    for (int l = 0; l < c->lamps; l++) {
-        bool free = s->beams_free && s->beam[l][2] != 0 && !s->far[l];
-        p->parameter[n++] = (struct ceres_parameter){.value = s->beam[l],
-                                                     .size = BEAM_NUMBERS,
-                                                     .held = free ? NULL : hold,
-                                                     .low = free ? beam_low : NULL,
-                                                     .high = free ? beam_high : NULL};
-    }
-    p->at_shift = n;
-    p->parameter[n++] = (struct ceres_parameter){
-        .value = s->shift,
-        .size = SHIFTS,
-        .held = has_sample && c->sample.shape == SHAPE_SPHERE ? NULL : hold};
-    p->parameters = n;
-}
-
-static void add_term(struct problem *p, ceres_evaluate evaluate, int residuals, double loss,
-                     int blocks, const int *block)
-{
-    struct ceres_term *t = &p->term[p->terms];
-    *t = (struct ceres_term){.evaluate = evaluate,
-                             .context = &p->observation[p->terms],
-                             .residuals = residuals,
-                             .parameters = blocks,
-                             .cauchy = loss};
-    memcpy(t->parameter, block, (size_t)blocks * sizeof *block);
-    p->terms++;
-}
-
-static void add_facet(struct problem *p, const struct facet *f, const struct lamp_state *s,
-                      const struct calibration *c, const struct capture *capture)
-{
-    struct observation *o = &p->observation[p->terms];
-    if (!observe(o, f, s, c, capture))
-        return;
-    const struct view *view = &c->view[f->view];
-    int block[CERES_TERM_PARAMETERS] = {view->light, p->at_intensity + view->light,
-                                        p->at_power + f->view, p->at_vignetting + view->camera};
-    int blocks = 4;
-    if (o->kind == KIND_SAMPLE)
-        block[blocks++] = p->at_lobe;
-    if (o->kind == KIND_PAPER)
-        block[blocks++] = p->at_paper;
-    if (o->kind == KIND_SAMPLE)
-        block[blocks++] = p->at_shift;
-    block[blocks++] = o->kind == KIND_SAMPLE ? p->at_lit : p->at_echo;
-    block[blocks++] = p->at_beam + view->light;
-    add_term(p, cal_lamp_evaluate, 3, OUTLIER, blocks, block);
-}
-
-/** What a sphere mirrors of the lamp in a view. */
-static void add_highlight(struct problem *p, const struct seen_highlight *h, int v,
-                          const struct lamp_state *s, const struct calibration *c)
-{
-    const struct view *view = &c->view[v];
-    const struct lamp *lamp = &c->lamp[view->light];
-    const pose at = view->view_from_world;
-    struct observation *o = &p->observation[p->terms];
-    if (h->sigma <= 0)
-        return;
-    vec3 normal = vec3_scale(vec3_sub(h->point, c->sample.center), 1 / c->sample.radius);
-    *o = (struct observation){.kind = KIND_HIGHLIGHT,
-                              .chart = &s->chart[view->light],
-                              .point = cal_lamp_frame(lamp, at, h->point),
-                              .normal = cal_lamp_frame_direction(lamp, at, normal),
-                              .to_eye = cal_lamp_frame_direction(lamp, at, h->to_eye),
-                              .wi = cal_lamp_frame_direction(lamp, at, h->wi),
-                              .radius = c->sample.radius,
-                              .sigma = {h->sigma},
-                              .view = v};
-    for (int k = 0; k < 3; k++)
-        o->axis[k] = cal_lamp_frame_direction(lamp, at, (vec3){k == 0, k == 1, k == 2});
-    const int block[2] = {view->light, p->at_shift};
-    add_term(p, cal_lamp_evaluate_highlight, 2, OUTLIER, 2, block);
-}
-
-/** Lamps that another capture knows, and a sample whose albedo is known. */
-static void add_scale(struct problem *p, const struct lamp_state *s, const struct calibration *c,
-                      const struct capture *capture)
-{
-    for (int l = 0; l < c->lamps; l++) {
-        const struct lamp_strength *known = &c->lamp[l].known;
-        const int block[3] = {l, p->at_intensity + l, p->at_strength + known->of};
-        if (known->sigma_all <= 0)
-            continue;
-        p->observation[p->terms] = (struct observation){
-            .kind = KIND_STRENGTH, .known = known, .log_power = log(lamp_mean_power(s, c, l))};
-        add_term(p, cal_lamp_evaluate_strength, 3, 0, 3, block);
-        if (known->of != l)
-            continue;
-        p->observation[p->terms] =
-            (struct observation){.kind = KIND_STRENGTH_PRIOR, .known = known};
-        add_term(p, cal_lamp_evaluate_strength_prior, 3, 0, 1, &block[2]);
-    }
-    if (capture->sample_albedo > 0 && !p->parameter[p->at_lobe].held) {
-        p->observation[p->terms] = (struct observation){
-            .kind = KIND_ALBEDO_PRIOR, .log_f = log(capture->sample_albedo / CAP_PI)};
-        add_term(p, cal_lamp_evaluate_albedo_prior, 3, 0, 1, &p->at_lobe);
-    }
-}
-
-/** Paper that no facet shows has no reflectance to find; and where nothing else gives a scale, as
- *  yet, it is held. */
-static void hold_paper(struct problem *p)
-{
-    bool seen = false, scaled = false;
-    for (int t = 0; t < p->terms; t++) {
-        int kind = p->observation[t].kind;
-        seen = seen || kind == KIND_PAPER;
-        scaled = scaled || kind == KIND_PATCH || kind == KIND_STRENGTH || kind == KIND_ALBEDO_PRIOR;
-    }
-    if (!seen || !scaled)
-        p->parameter[p->at_paper].held = p->held;
-}
-
-static void add_priors(struct problem *p, const struct calibration *c)
-{
-    for (int l = 0; l < c->lamps; l++) {
-        struct observation *o = &p->observation[p->terms];
-        *o = (struct observation){.kind = KIND_PLACE_PRIOR};
-        memcpy(o->sigma, PLACE_PRIOR, sizeof PLACE_PRIOR);
-        add_term(p, cal_lamp_evaluate_zero_prior, 3, 0, 1, &l);
-    }
-    for (int l = 0; l < c->lamps; l++) {
-        const int block = p->at_beam + l;
-        struct observation *o = &p->observation[p->terms];
-        if (p->parameter[block].held)
-            continue;
-        *o = (struct observation){.kind = KIND_BEAM_PRIOR};
-        memcpy(o->sigma, BEAM_PRIOR, sizeof BEAM_PRIOR);
-        add_term(p, cal_lamp_evaluate_zero_prior, BEAM_NUMBERS, 0, 1, &block);
-    }
-    if (!p->parameter[p->at_lobe].held)
-        add_term(p, cal_lamp_evaluate_lobe_prior, LOBE_PRIORS, 0, 1, &p->at_lobe);
-    if (!p->parameter[p->at_shift].held) {
-        struct observation *o = &p->observation[p->terms];
-        *o = (struct observation){.kind = KIND_SHAPE_PRIOR};
-        for (int k = 0; k < SHIFTS; k++)
-            o->sigma[k] = fmax(c->sample.sigma_center[k], 1e-6);
-        add_term(p, cal_lamp_evaluate_zero_prior, SHIFTS, 0, 1, &p->at_shift);
-    }
-    for (int k = 0; k < 2; k++) {
-        const int block = k ? p->at_lit : p->at_echo;
-        if (p->parameter[block].held)
-            continue;
-        p->observation[p->terms] = (struct observation){.kind = KIND_ECHO_PRIOR};
-        double *sigma = p->observation[p->terms].sigma;
-        for (int e = 0; e < ECHOES; e++)
-            sigma[e] = e >= ECHO_MIRROR && !c->surroundings.peak_unknown
-                           ? NO_MIRROR
-                           : hypot(ECHO_PRIOR[e], c->surroundings.sigma_strength);
-        add_term(p, cal_lamp_evaluate_zero_prior, ECHOES, 0, 1, &block);
-    }
-    for (int k = 0; k < c->cameras && !p->parameter[p->at_vignetting].held; k++) {
-        int block = p->at_vignetting + k;
-        p->observation[p->terms] = (struct observation){
-            .kind = KIND_VIGNETTING_PRIOR, .sigma = {VIGNETTING_PRIOR, VIGNETTING_PRIOR}};
-        add_term(p, cal_lamp_evaluate_zero_prior, 2, 0, 1, &block);
-    }
-    for (int v = 0; v < c->views; v++) {
-        int block = p->at_power + v;
-        p->observation[p->terms] =
-            (struct observation){.kind = KIND_POWER_PRIOR, .sigma = {POWER_PRIOR}, .view = v};
-        if (!p->parameter[block].held)
-            add_term(p, cal_lamp_evaluate_zero_prior, 1, 0, 1, &block);
-    }
-}
-/* ---- all of it ----------------------------------------------------------------------------------
- */
 
 static int by_value(const void *a, const void *b)
 {
@@ -355,7 +33,7 @@ static int by_value(const void *a, const void *b)
 
 /** Make each material's sigmas as large as its residuals are: 1.4826 times their median is one
  *  sigma. *settled: none of them changed much. False: out of memory. */
-static bool rescale(struct lamp_state *s, const struct problem *p, bool *settled)
+static bool rescale(struct lamp_state *s, const struct lamp_problem *p, bool *settled)
 {
     *settled = true;
     double *left = calloc(3 * (size_t)p->terms + 1, sizeof *left);
@@ -378,7 +56,7 @@ static bool rescale(struct lamp_state *s, const struct problem *p, bool *settled
             continue;
         double was = s->scale[kind];
         if (kind == KIND_SAMPLE)
-            s->misfit = was * s->doubt * 1.4826 * left[n / 2] * FLOOR_SAMPLE;
+            s->misfit = was * s->doubt * 1.4826 * left[n / 2] * lamp_floor_sample;
         double doubt = kind == KIND_SAMPLE ? s->doubt : 1;
         s->scale[kind] = fmin(fmax(was * doubt * 1.4826 * left[n / 2], SCALE_MIN), SCALE_MAX);
         *settled = *settled && fabs(log(s->scale[kind] / was)) < SETTLED;
@@ -387,7 +65,7 @@ static bool rescale(struct lamp_state *s, const struct problem *p, bool *settled
     return left != NULL;
 }
 
-static enum status spread_of(struct lamp_spread *spread, const struct problem *p,
+static enum status spread_of(struct lamp_spread *spread, const struct lamp_problem *p,
                              struct ceres_problem *problem, int views, struct error *err)
 {
     int *cluster = calloc((size_t)p->terms + 1, sizeof *cluster);
@@ -414,32 +92,11 @@ static enum status solve(struct calibration *c, struct lamp_state *s, const stru
                          const struct lamp_evidence *e, struct sample_shift *shift, bool *settled,
                          struct error *err)
 {
-    const struct facets none = {0}, *board = e->board ? e->board : &none;
-    const struct facets *sample = e->sample ? e->sample : &none;
-    size_t terms =
-        (size_t)(board->count + sample->count + 2 * c->views + c->cameras + 4 * c->lamps + 5);
-    size_t blocks = (size_t)(4 * c->lamps + c->views + c->cameras + 5);
-    struct problem p = {.observation = calloc(terms, sizeof *p.observation),
-                        .term = calloc(terms, sizeof *p.term),
-                        .parameter = calloc(blocks, sizeof *p.parameter),
-                        .held = calloc(LOBE_SIZE, sizeof *p.held)};
+    struct lamp_problem p;
     struct lamp_spread spread = {0};
-    enum status status = STATUS_OK;
-    if (!p.observation || !p.term || !p.parameter || !p.held) {
-        status = cap_fail(err, STATUS_MEMORY, "%zu photometric observations", terms);
-        goto done;
-    }
-    memset(p.held, true, LOBE_SIZE * sizeof *p.held);
-    add_parameters(&p, s, c, capture->flat != NULL, sample->count > 0);
-    for (int i = 0; i < board->count; i++)
-        add_facet(&p, &board->facet[i], s, c, capture);
-    for (int i = 0; i < sample->count; i++)
-        add_facet(&p, &sample->facet[i], s, c, capture);
-    for (int v = 0; e->highlight && v < c->views; v++)
-        add_highlight(&p, &e->highlight[v], v, s, c);
-    add_scale(&p, s, c, capture);
-    hold_paper(&p);
-    add_priors(&p, c);
+    enum status status = lamp_problem_make(&p, s, c, capture, e, err);
+    if (status)
+        return status;
     struct ceres_problem problem = {.parameter = p.parameter,
                                     .term = p.term,
                                     .parameters = p.parameters,
@@ -453,13 +110,13 @@ static enum status solve(struct calibration *c, struct lamp_state *s, const stru
         goto done;
     for (int l = 0; l < c->lamps; l++)
         s->sigma_inverse[l] = sqrt(lamp_covariance(&spread, 3 * l + 2, 3 * l + 2));
-    lamp_keep(c, s, sample->count > 0, &spread);
+    lamp_keep(c, s, e->sample && e->sample->count > 0, &spread);
     lamp_keep_shift(shift, s, &spread);
     if (!rescale(s, &p, settled))
         status = cap_fail(err, STATUS_MEMORY, "%d residuals", p.terms);
 done:
     free(spread.covariance);
-    problem_free(&p);
+    lamp_problem_free(&p);
     return status;
 }
 
