@@ -13,16 +13,9 @@ import h5py
 import numpy as np
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+import limits
+from limits import check
 import truth as T
-
-failed = 0
-
-
-def check(what, value, low, high):
-    global failed
-    good = low <= value <= high
-    failed += not good
-    print("%-56s %10.4g  (%g to %g)%s" % (what, value, low, high, "" if good else "  FAILED"))
 
 
 def peak(out, truth):
@@ -59,7 +52,7 @@ def main():
             check("lamp's solid angle, of pi (20 / 600)^2", f.attrs["lamp_solid_angle_sr"] / (np.pi / 900), 0.95, 1.05)
         resolution = json.load(open(at("out/run.json")))["resolution"]
         check("bins that were corrected, of all", resolution["bins_corrected"] / (len(error) + 1), 0.001, 0.2)
-    sys.exit(1 if failed else 0)
+    sys.exit(1 if limits.failed else 0)
 
 
 if __name__ == "__main__":

@@ -17,15 +17,11 @@ import tempfile
 import numpy as np
 import yaml
 
-failed = 0
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+import limits
+from limits import check
+
 WIDTH, HEIGHT, BLACK, WHITE = 640, 430, 512, 14000
-
-
-def check(what, value, low, high):
-    global failed
-    good = low <= value <= high
-    failed += not good
-    print("%-64s %10.5g  (%g to %g)%s" % (what, value, low, high, "" if good else "  FAILED"))
 
 
 def mosaic(path):
@@ -132,7 +128,7 @@ def main():
                 excess.append(np.median((s[bright] - s0[bright]) / v[bright] ** 2))
             check("photosites unequal by %g %%: in the variance, %%" % (100 * unequal), 100 * max(np.mean(excess), 0) ** 0.5,
                   100 * low, 100 * high)
-    sys.exit(1 if failed else 0)
+    sys.exit(1 if limits.failed else 0)
 
 
 if __name__ == "__main__":

@@ -13,17 +13,10 @@ import numpy as np
 import yaml
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+import limits
+from limits import check
 import truth as T
 from samples_file import local
-
-failed = 0
-
-
-def check(what, value, low, high):
-    global failed
-    good = low <= value <= high
-    failed += not good
-    print("%-64s %10.5g  (%g to %g)%s" % (what, value, low, high, "" if good else "  FAILED"))
 
 
 def bias_of_darkest(out, material):
@@ -74,7 +67,7 @@ def main():
         run("calibrate", at("clear"), "-o", at("none"))
         check("a lens without glare: share that is taken off", sum(
             sum(s.get("glare", [0])) for s in T.load(at("none/calibration.yaml"))["shots"]), 0, 0)
-    sys.exit(1 if failed else 0)
+    sys.exit(1 if limits.failed else 0)
 
 
 if __name__ == "__main__":

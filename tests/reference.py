@@ -15,16 +15,9 @@ import numpy as np
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import given
+import limits
+from limits import check
 import truth as T
-
-failed = 0
-
-
-def check(what, value, low, high):
-    global failed
-    good = low <= value <= high
-    failed += not good
-    print("%-56s %10.4g  (%g to %g)%s" % (what, value, low, high, "" if good else "  FAILED"), flush=True)
 
 
 def edit(capture, **keys):
@@ -117,7 +110,7 @@ def main():
         refused("no board there", "ball", "board")
         edit(at("main"), reference={"capture": "nowhere"})
         refused("no such folder", "capture.yaml", "reference[0].capture", "no capture")
-    sys.exit(1 if failed else 0)
+    sys.exit(1 if limits.failed else 0)
 
 
 if __name__ == "__main__":

@@ -12,15 +12,11 @@ import cv2  # reads half and float OpenEXR
 import numpy as np
 import yaml
 
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+import limits
+from limits import check
+
 os.environ["OPENCV_IO_ENABLE_OPENEXR"] = "1"
-failed = 0
-
-
-def check(what, value, low, high):
-    global failed
-    good = low <= value <= high
-    failed += not good
-    print("%-56s %10.5g  (%g to %g)%s" % (what, value, low, high, "" if good else "  FAILED"))
 
 
 def main():
@@ -60,7 +56,7 @@ def main():
         for k, rows in enumerate(np.split(np.arange(len(alone)), 3)):
             of = lambda m: np.median((m[rows] / alone[rows])[bright[rows]]) - 1
             check(f"left of it in view {k}, of what there was", abs(of(each)) / of(lit), 0, 0.02)
-    sys.exit(1 if failed else 0)
+    sys.exit(1 if limits.failed else 0)
 
 
 if __name__ == "__main__":
