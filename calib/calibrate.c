@@ -3,50 +3,13 @@
 #include "glare_ink.h"
 #include "lamp.h"
 #include "overlay.h"
+#include "sample_start.h"
 #include "solid_place.h"
 #include "sphere.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-
-static enum status nominal_mesh(struct sample *sample, const struct sample_place *nominal,
-                                struct error *err)
-{
-    struct sample s = {.shape = SHAPE_MESH,
-                       .file = realpath(nominal->file, NULL),
-                       .world_from_file = {nominal->rotation, nominal->translation}};
-    if (!s.file)
-        return cap_fail(err, STATUS_IO, "%s: %s", nominal->file, strerror(errno));
-    enum status status = cal_sample_load(&s, err);
-    if (status)
-        free(s.file);
-    else
-        *sample = s;
-    return status;
-}
-
-/** The sample to a pixel of its outline, from where capture.yaml says that it is. */
-static enum status start_sample(struct calibration *c, struct solid_prior *prior,
-                                const struct capture *capture, const char *out, struct run *run,
-                                struct error *err)
-{
-    const struct sample_place *nominal = &capture->sample;
-    if (nominal->shape == SHAPE_SPHERE)
-        return cal_sphere_start(c, capture, out, run, err);
-    enum status status = STATUS_OK;
-    if (nominal->shape == SHAPE_MESH)
-        status = nominal_mesh(&c->sample, nominal, err);
-    else
-        c->sample = (struct sample){.shape = nominal->shape,
-                                    .center = nominal->center,
-                                    .radius = nominal->radius,
-                                    .height = nominal->height,
-                                    .axis = vec3_normalize(nominal->axis)};
-    *prior =
-        (struct solid_prior){.radius = c->sample.radius, .radius_sigma = nominal->radius_sigma};
-    return status ? status : cal_solid_start(prior, c, out, run, err);
-}
 
 /** The edges that a sample was placed by: a sphere's, or another solid's. Owns them. */
 struct outline {
@@ -94,10 +57,10 @@ static enum status find_sample_and_lamps(struct calibration *c, const struct cap
                                          const char *out, struct run *run, struct error *err)
 {
     struct lamp_search search = {0};
-    struct solid_prior prior;
+    struct solid_prior prior = {0};
     struct outline edges = {0};
     cap_stage(run, "sample", 0);
-    enum status status = start_sample(c, &prior, capture, out, run, err);
+    enum status status = cal_sample_start(c, &prior, capture, out, run, err);
     if (!status) {
         cap_stage(run, "lamps", c->views);
         status = cal_lamps_begin(&search, c, capture, out, run, err);

@@ -12,6 +12,9 @@ enum {
 // What the limb model spans, in pixels on each side of the predicted outline.
 static const double LIMB_INSIDE_PX = 7, LIMB_OUTSIDE_PX = 4.5;
 
+// Edges that are no outline's lie anywhere within the search: 0.58 of it rms about any fit.
+static const double STRAYING = 0.4;
+
 /** A photosite near the outline. */
 struct site {
     double d;  // pixels outwards from the predicted outline

@@ -211,3 +211,21 @@ enum status cal_solid_move(struct sample *s, vec3 turn, vec3 shift, struct error
     s->center = vec3_add(s->center, shift);
     return status;
 }
+
+enum status cal_solid_return(struct sample *s, const struct sample *to, struct error *err)
+{
+    enum status status = STATUS_OK;
+    if (s->shape == SHAPE_MESH) {
+        mat3 is = cal_rotation(s->world_from_file.rotation), back;
+        mat3 wanted = cal_rotation(to->world_from_file.rotation);
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++)
+                back.m[i][j] = is.m[j][i];
+        back = product(&wanted, &back);
+        status =
+            cal_solid_move(s, cal_rotation_vector(&back), vec3_sub(to->center, s->center), err);
+    }
+    if (!status)
+        *s = *to;
+    return status;
+}

@@ -31,6 +31,9 @@ void cal_solid_point(const struct sample *sample, int k, vec3 *point, vec3 *norm
  *  triangles, and the pose of its file. STATUS_MEMORY. */
 enum status cal_solid_move(struct sample *sample, vec3 turn, vec3 shift, struct error *err);
 
+/** Move the sample back to where it was when *to was copied from it. STATUS_MEMORY. */
+enum status cal_solid_return(struct sample *sample, const struct sample *to, struct error *err);
+
 /** Of a mesh (mesh.c): turn its triangles about the middle of their ball; and cal_solid_point. */
 enum status cal_mesh_turn(struct mesh *mesh, const mat3 *rotation, struct error *err);
 void cal_mesh_point(const struct mesh *mesh, int k, vec3 *point, vec3 *normal, double *area);

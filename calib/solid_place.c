@@ -7,6 +7,7 @@
 #include "solid_place.h"
 
 #include "dusk.h"
+#include "limb.h"
 #include "shape_check.h"
 #include "view_map.h"
 
@@ -142,8 +143,8 @@ static enum status pass(double *moved, struct contour_edge **edge, int *count,
     return status ? cap_fail_within(err, "the sample's outline") : STATUS_OK;
 }
 
-enum status cal_solid_start(struct solid_prior *prior, struct calibration *c, const char *out,
-                            struct run *run, struct error *err)
+enum status cal_solid_start(bool *sure, struct solid_prior *prior, struct calibration *c,
+                            const char *out, struct run *run, struct error *err)
 {
     const double size = pixels_per_mm(c) * cal_solid_reach(&c->sample);
     // How far the nominal place may be wrong: a tenth of the sample, then closer.
@@ -151,10 +152,12 @@ enum status cal_solid_start(struct solid_prior *prior, struct calibration *c, co
     const double search[] = {fmax(fmax(0.1 * size, loose), 8), fmax(0.05 * size, 6), 5};
     enum status status = STATUS_OK;
     double moved = DBL_MAX;
+    *sure = false;
     for (int k = 0; k < 3 && moved >= 1.5 && !status; k++) {
         struct contour_edge *edge;
         int count = 0;
         status = pass(&moved, &edge, &count, prior, c, out, search[k], false, run, err);
+        *sure = !status && c->sample.outline_rms_px < STRAYING * search[k];
         free(edge);
     }
     return status;

@@ -25,8 +25,8 @@ enum status cal_solid_fit(struct sample *sample, struct solid_prior *prior,
 
 /** prior: radius and radius_sigma as capture.yaml has them, else 0.
  *  Put the sample of *calibration, which stands at its nominal place, where its outline is to a
- *  pixel in OUT/radiance/SHOT.exr of all views. */
-enum status cal_solid_start(struct solid_prior *prior, struct calibration *calibration,
+ *  pixel in OUT/radiance/SHOT.exr of all views. *sure: as cal_sphere_start(). */
+enum status cal_solid_start(bool *sure, struct solid_prior *prior, struct calibration *calibration,
                             const char *out, struct run *run, struct error *err);
 /** Then to a hundredth of a pixel; and is it that shape: as cal_sphere_place and cal_sphere_check.
  */

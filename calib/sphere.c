@@ -15,6 +15,7 @@
 #include "sphere.h"
 #include "dense.h"
 #include "dusk.h"
+#include "limb.h"
 #include "shape_check.h"
 #include "view_map.h"
 
@@ -28,6 +29,7 @@ static const double BIWEIGHT = 4.685;  // Tukey's constant: 95 % efficient for n
 static const double MODEL_PX = 0.012;  // bias of the limb model: ../shared/facts.md has 0.009 mm
 static const double ARCS = 8;          // of an outline: on each, what is mirrored is alike
 static const double TRUSTED = 0.01;    // a radius known to this, relative, needs no fit at first
+static const double MISTAKEN = 0.04;   // how wrong, relative, it may be where no outline fits it
 
 /** An edge as the fit sees it. */
 struct tangent {
@@ -318,18 +320,19 @@ static double pixels_per_mm(const struct calibration *c)
     return c->camera[view->camera].focal[0] / vec3_length(vec3_sub(c->sample.center, eye));
 }
 
-/** The sphere that fits the edges, which are its own (fine) or nearly so. */
+/** The sphere that fits the edges, which are its own (fine) or nearly so. radius_sigma: of the
+ *  nominal radius; 0 holds it. */
 static enum status fit_edges(struct calibration *c, const struct sample_place *nominal,
-                             const struct edge *edge, int count, bool fine, struct error *err)
+                             const struct edge *edge, int count, bool fine, double radius_sigma,
+                             struct error *err)
 {
     struct sample *s = &c->sample;
     struct edge *kept = malloc(((size_t)count + 1) * sizeof *kept);
     if (!kept)
         return cap_fail(err, STATUS_MEMORY, "%d edges", count);
-    const bool fitted = fine || nominal->radius_sigma > TRUSTED * nominal->radius;
     int left = fine ? leave_dusk(kept, edge, count, c) : count;
     s->radius = nominal->radius;
-    s->sigma_radius = fitted ? nominal->radius_sigma : 0;
+    s->sigma_radius = radius_sigma;
     enum status status = cal_sphere_fit(s, c, fine ? kept : edge, left, err);
     free(kept);
     return status ? cap_fail_within(err, "the sphere's outline") : STATUS_OK;
@@ -339,38 +342,50 @@ static enum status fit_edges(struct calibration *c, const struct sample_place *n
  *  caller owns *edges. */
 static enum status pass(double *moved, struct edge **edges, int *count, struct calibration *c,
                         const struct sample_place *nominal, const char *out, double search,
-                        bool fine, struct run *run, struct error *err)
+                        bool fine, double radius_sigma, struct run *run, struct error *err)
 {
     struct sample *s = &c->sample;
     const struct sample before = *s;
     *edges = NULL;
     enum status status = find_edges(edges, count, c, out, search, fine, run, err);
     if (!status)
-        status = fit_edges(c, nominal, *edges, *count, fine, err);
+        status = fit_edges(c, nominal, *edges, *count, fine, radius_sigma, err);
     *moved = pixels_per_mm(c)
              * (vec3_length(vec3_sub(s->center, before.center)) + fabs(s->radius - before.radius));
     return status;
 }
 
-enum status cal_sphere_start(struct calibration *c, const struct capture *capture, const char *out,
-                             struct run *run, struct error *err)
+/** A coarse pass. *sure: its edges are those of an outline. */
+static enum status coarse_pass(bool *sure, double *moved, struct calibration *c,
+                               const struct sample_place *nominal, const char *out, double search,
+                               double radius_sigma, struct run *run, struct error *err)
+{
+    struct edge *edges;
+    int count;
+    enum status status =
+        pass(moved, &edges, &count, c, nominal, out, search, false, radius_sigma, run, err);
+    *sure = !status && c->sample.outline_rms_px < STRAYING * search;
+    free(edges);
+    return status;
+}
+
+enum status cal_sphere_start(bool *sure, struct calibration *c, const struct capture *capture,
+                             const char *out, struct run *run, struct error *err)
 {
     const struct sample_place *nominal = &capture->sample;
-    assert(nominal->shape == SHAPE_SPHERE);
-    c->sample = (struct sample){
-        .shape = SHAPE_SPHERE, .center = nominal->center, .radius = nominal->radius};
+    assert(c->sample.shape == SHAPE_SPHERE);
     // How far the nominal place may be wrong: a seventh of the radius, or what that may be wrong.
-    const double px = pixels_per_mm(c);
-    const double search[] = {
-        fmax(px * fmax(0.15 * nominal->radius, 2.5 * nominal->radius_sigma), 8), 5, 5};
+    const double px = pixels_per_mm(c), radius = nominal->radius, given = nominal->radius_sigma;
+    const double search[] = {fmax(px * fmax(0.15 * radius, 2.5 * given), 8), 5, 5};
+    const double sigma = given > TRUSTED * radius ? given : 0;
     double moved = DBL_MAX;
     enum status status = STATUS_OK;
-    for (int k = 0; k < 3 && moved >= 1.5 && !status; k++) {
-        struct edge *edges;
-        int count;
-        status = pass(&moved, &edges, &count, c, nominal, out, search[k], false, run, err);
-        free(edges);
-    }
+    *sure = false;
+    for (int k = 0; k < 3 && moved >= 1.5 && !status; k++)
+        status = coarse_pass(sure, &moved, c, nominal, out, search[k], sigma, run, err);
+    if (!status && !*sure)  // with another radius, perhaps
+        status = coarse_pass(sure, &moved, c, nominal, out, fmax(px * 2 * MISTAKEN * radius, 5),
+                             fmax(given, MISTAKEN * radius), run, err);
     return status;
 }
 
@@ -416,7 +431,8 @@ enum status cal_sphere_place(struct edge **edges, int *count, struct calibration
     // A pass that hardly moves the sphere needs no other after it.
     for (int k = 0; k < 3 && moved >= 0.25 && !status; k++) {
         free(*edges);
-        status = pass(&moved, edges, count, c, &capture->sample, out, 2.5, true, run, err);
+        status = pass(&moved, edges, count, c, &capture->sample, out, 2.5, true,
+                      capture->sample.radius_sigma, run, err);
     }
     return status;
 }
@@ -427,7 +443,8 @@ enum status cal_sphere_settle(bool *moved, struct calibration *c, const struct s
 {
     struct calibration again = *c;
     again.sample = *placed;
-    enum status status = fit_edges(&again, &capture->sample, edges, count, true, err);
+    enum status status =
+        fit_edges(&again, &capture->sample, edges, count, true, capture->sample.radius_sigma, err);
     const vec3 by = vec3_sub(again.sample.center, placed->center);
     const double step[3] = {by.x, by.y, by.z};
     *moved = false;

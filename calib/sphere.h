@@ -15,10 +15,12 @@ extern "C" {
 enum status cal_sphere_fit(struct sample *sample, const struct calibration *calibration,
                            const struct edge *edge, int count, struct error *err);
 
-/** Put the sphere of a merged capture where its outline is to a pixel, from its nominal place:
- * fills the sample of *calibration. Reads OUT/radiance/SHOT.exr of all its views. */
-enum status cal_sphere_start(struct calibration *calibration, const struct capture *capture,
-                             const char *out, struct run *run, struct error *err);
+/** Put the sphere of *calibration where its outline is to a pixel, from a place nearby. Reads
+ *  OUT/radiance/SHOT.exr of all its views. *sure: false where what was found looks like no outline
+ *  (STRAYING). */
+enum status cal_sphere_start(bool *sure, struct calibration *calibration,
+                             const struct capture *capture, const char *out, struct run *run,
+                             struct error *err);
 /** Then to a hundredth of a pixel. Where lamps are known, edges of light are told from the
  *  sphere's. *edges [*count]: all that were found; the caller owns them, also on failure. */
 enum status cal_sphere_place(struct edge **edges, int *count, struct calibration *calibration,
