@@ -28,10 +28,8 @@ script_test(rgl)
 script_test(exports)
 script_test(identical)
 script_test(mpi)
-if(NOT GONIOCAM_SANITIZE)  # Slurm's plugins leak, as Open MPI's do
-    script_test(srun)
-endif()
-set_tests_properties(whole/identical whole/mpi PROPERTIES LABELS slow)  # not under sanitizers
+script_test(srun)
+set_tests_properties(whole/identical whole/mpi whole/srun PROPERTIES LABELS slow)  # not under sanitizers
 script_test(infinity)
 script_test(samples_file)
 script_test(bulb)
