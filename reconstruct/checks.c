@@ -1,4 +1,5 @@
-/* checks.c -- reciprocity, isotropy, homogeneity, energy, coverage: numbers with their errors. */
+/* checks.c -- reciprocity, isotropy, homogeneity, darkness, energy, coverage: numbers with their
+ * errors. */
 #include "checks.h"
 
 #include "quantile.h"
@@ -60,9 +61,19 @@ static void check_coverage(struct checks *k, const struct bins *bins)
             k->coverage[band_of(bins->bin[i].index)].measured++;
 }
 
+// What the dark side sends, over what the sample would of all of the lamp's light.
+static void check_darkness(struct checks *k, const struct night *night, double bounce_sigma)
+{
+    const double albedo = k->albedo[0].value[1];
+    for (int z = 0; z < NIGHT_ZONES; z++) {
+        darkness d = rec_darkness(night, (enum night_zone)z, bounce_sigma);
+        k->dark[z] = (darkness){d.mean / albedo, d.sigma / albedo, d.shots};
+    }
+}
+
 enum status rec_checks(struct checks *k, const struct bins *bins, const struct census *census,
                        const struct merl *table, const uint8_t *state, double fit_error,
-                       struct error *err)
+                       double bounce_sigma, struct error *err)
 {
     static const double theta_deg[ALBEDO_ANGLES] = {0, 15, 30, 45, 60, 75, 85};
     *k = (struct checks){
@@ -75,13 +86,35 @@ enum status rec_checks(struct checks *k, const struct bins *bins, const struct c
     check_coverage(k, bins);
     for (int i = 0; i < ALBEDO_ANGLES; i++)
         k->albedo[i].theta_i_deg = theta_deg[i];
-    return rec_albedos(k->albedo, ALBEDO_ANGLES, table, state, bins, fit_error, err);
+    enum status status = rec_albedos(k->albedo, ALBEDO_ANGLES, table, state, bins, fit_error, err);
+    if (!status)
+        check_darkness(k, &census->night, bounce_sigma);
+    return status;
 }
 
 // Larger than 2 % and than what chance makes of nothing: rms^2 / sigma^2 is a normal deviate's z.
 static bool uneven(const unevenness *u)
 {
     return u->cells > 0 && u->rms > 0.02 && square(u->rms) > 4 * square(u->sigma);
+}
+
+// Light that falls on the sample from everywhere is as strong near the lit side as far from it.
+static void warn_of_light(const struct checks *k, struct run *run)
+{
+    const darkness *dusk = &k->dark[ZONE_DUSK], *night = &k->dark[ZONE_NIGHT];
+    const darkness *most = dusk->mean > night->mean ? dusk : night;
+    if (!(most->mean > 0.005 + 3 * most->sigma))
+        return;
+    bool fades = dusk->mean > 2 * night->mean
+                 && dusk->mean - night->mean > 3 * hypot(dusk->sigma, night->sigma);
+    cap_warn(run,
+             "the side of the sample that the lamp does not reach shines, as if %.1f %% +- %.1f %% "
+             "of the lamp's light fell there%s",
+             100 * most->mean, 100 * most->sigma,
+             fades ? ", and less so farther from the lit side: light comes through the sample, and "
+                     "no BRDF describes that"
+                   : ": make the room dark, cover what is bright around the sample, or take "
+                     "photographs with the lamp off for `ambient`");
 }
 
 void rec_checks_warn(const struct checks *k, struct run *run)
@@ -106,6 +139,7 @@ void rec_checks_warn(const struct checks *k, struct run *run)
                  "reflectance changes by %.1f %% from place to place on the sample: is it clean, "
                  "even and opaque, and the room dark?",
                  100 * k->homogeneity.rms);
+    warn_of_light(k, run);
     for (int i = 0; i < ALBEDO_ANGLES; i++)
         for (int c = 0; c < 3; c++) {
             const struct albedo *a = &k->albedo[i];

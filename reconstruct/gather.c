@@ -121,6 +121,7 @@ static enum status add_strips(struct harvest *h, const struct gathering *g, cons
     struct strip s;
     struct shot_residuals residuals = {0};
     struct shot_trend trend = {0};
+    struct shot_night night = {0};
     struct sample_block block = {0};
     enum status status = STATUS_OK;
     for (s.y = box.y0; s.y < box.y1 && !status; s.y++)
@@ -129,7 +130,8 @@ static enum status add_strips(struct harvest *h, const struct gathering *g, cons
             s.to = s.x0 + LANES > box.x1 ? box.x1 - s.x0 : LANES;
             rec_strip_make(&s, v, map);
             count_fates(&h->census, &s);
-            if (!rec_strip_any(&s))
+            status = rec_night_add(&night, &s, v, map, box, err);
+            if (status || !rec_strip_any(&s))
                 continue;
             status = rec_shot_add(&h->shot, &s, err);
             if (!status && h->fine.slot)
@@ -141,6 +143,7 @@ static enum status add_strips(struct harvest *h, const struct gathering *g, cons
         status = rec_samples_flush(g->samples, &block, v->view->name, err);
     rec_residuals_end_shot(&h->census.residuals, &residuals);
     rec_trend_end_shot(&h->census.trend, &trend);
+    rec_night_end_shot(&h->census.night, &night);
     free(block.row);
     return status;
 }
@@ -200,6 +203,7 @@ void rec_census_add(struct census *to, const struct census *from)
     to->shots += from->shots;
     rec_residuals_merge(&to->residuals, &from->residuals);
     rec_trend_merge(&to->trend, &from->trend);
+    rec_night_merge(&to->night, &from->night);
 }
 
 // The first to finish hands its tally over, the others add theirs.

@@ -4,6 +4,7 @@
 
 #include "bounce_strength.h"
 #include "consensus.h"
+#include "night.h"
 #include "residuals.h"
 #include "samples.h"
 #include "samples_hdf5.h"
@@ -13,6 +14,7 @@ struct census {
     int64_t photosites[FATES];
     int64_t bounced_ppm;  // sum over used photosites: the part of radiance that the board brought
     int shots;
+    struct night night;
     // Of the used photosites, where a consensus was given:
     struct residuals residuals;
     struct bounce_trend trend;

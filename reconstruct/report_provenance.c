@@ -33,12 +33,14 @@ static void write_checks(const struct report *r)
         {"Reciprocity: f(i,o) against f(o,i)", "reciprocity", "mean_relative", "sigma"},
         {"Isotropy: change with the azimuth on the sample", "isotropy", "rms_relative", "sigma"},
         {"Homogeneity: change with the place", "homogeneity", "rms_relative", "sigma"},
+        {"Light beyond the terminator, to 20°", "dusk", "part_of_lamp", "sigma"},
+        {"Light on the dark side, beyond 40°", "night", "part_of_lamp", "sigma"},
     };
     fputs(
         "<div class=\"scroll\" tabindex=\"0\" role=\"group\" aria-label=\"Checks\"><table><caption>"
         "Checks of physics</caption><tbody>\n",
         r->to);
-    for (int i = 0; i < 3; i++) {
+    for (size_t i = 0; i < sizeof checks / sizeof *checks; i++) {
         char text[80];
         double value = rec_report_number(r, "checks", checks[i].check, checks[i].value, NULL);
         double sigma = rec_report_number(r, "checks", checks[i].check, checks[i].sigma, NULL);

@@ -86,7 +86,7 @@ void rec_residuals_end_shot(struct residuals *to, const struct shot_residuals *s
     }
 }
 
-static void merge_cells(struct cell *to, const struct cell *from, int count)
+void rec_cells_merge(struct cell *to, const struct cell *from, int count)
 {
     for (int i = 0; i < count; i++) {
         to[i].shots += from[i].shots;
@@ -97,8 +97,8 @@ static void merge_cells(struct cell *to, const struct cell *from, int count)
 
 void rec_residuals_merge(struct residuals *to, const struct residuals *from)
 {
-    merge_cells(to->place, from->place, PLACE_CELLS);
-    merge_cells(to->grain, from->grain, GRAIN_CELLS);
+    rec_cells_merge(to->place, from->place, PLACE_CELLS);
+    rec_cells_merge(to->grain, from->grain, GRAIN_CELLS);
 }
 
 unevenness rec_unevenness(const struct cell *cell, int count)

@@ -12,6 +12,8 @@ enum { BANDS = 8, SECTORS = 12, PLACE_CELLS = BANDS * SECTORS, GRAIN_CELLS = 18 
 struct cell {
     int64_t shots, sum, squares;
 };
+void rec_cells_merge(struct cell *to, const struct cell *from, int count);
+
 /** All shots. place: bands of equal area about the sample's axis (the board's normal where it has
  *  none), cut into sectors. grain: azimuth of h about the normal, from the axis, modulo pi. */
 struct residuals {

@@ -93,12 +93,20 @@ static json_t *coverage(const struct checks *k)
     return list;
 }
 
+static json_t *darkness_json(const darkness *d)
+{
+    return isnan(d->sigma) ? json_pack("{s:i}", "shots", d->shots)
+                           : json_pack("{s:i, s:f, s:f}", "shots", d->shots, "part_of_lamp",
+                                       d->mean, "sigma", d->sigma);
+}
+
 static json_t *checks(const struct checks *k)
 {
-    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:f}", "reciprocity", reciprocity(k), "isotropy",
-                     evenness(&k->isotropy), "homogeneity", evenness(&k->homogeneity),
-                     "directional_albedo", albedo(k), "coverage", coverage(k), "stray_part",
-                     k->stray);
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:f}", "reciprocity", reciprocity(k),
+                     "isotropy", evenness(&k->isotropy), "homogeneity", evenness(&k->homogeneity),
+                     "directional_albedo", albedo(k), "coverage", coverage(k), "dusk",
+                     darkness_json(&k->dark[ZONE_DUSK]), "night",
+                     darkness_json(&k->dark[ZONE_NIGHT]), "stray_part", k->stray);
 }
 
 // How much of the light came by way of the board, and was taken out.

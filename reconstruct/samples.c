@@ -22,30 +22,43 @@ static bool behind_board(const struct board_extent *board, vec3 a, vec3 b)
     return x > board->low[0] && x < board->high[0] && y > board->low[1] && y < board->high[1];
 }
 
-// What keeps a used photosite from being seen or lit; FATE_USED: nothing.
-static enum fate blocked(const struct viewing *v, const struct strip *s, int i)
+// What stands in the way is avoided by so much, mm.
+static double berth(const struct viewing *v, vec3 point)
 {
-    vec3 point = rec_lane(&s->point, i);
-    bool at_infinity = v->lamp->at_infinity;
-    if (behind_board(v->board, v->eye, point))
-        return FATE_OCCLUDED;
-    if (!at_infinity && behind_board(v->board, v->lamp_position, point))
-        return FATE_SHADOWED;
-    if (!v->blockers || v->blockers->count == 0)
-        return FATE_USED;
-    double margin = v->photosite * vec3_length(vec3_sub(v->eye, point));
-    if (rec_blocked(v->blockers, v->eye, point, margin))
-        return FATE_OCCLUDED;
+    return v->photosite * vec3_length(vec3_sub(v->eye, point));
+}
+
+static bool any_blocker(const struct viewing *v)
+{
+    return v->blockers && v->blockers->count > 0;
+}
+
+bool rec_occluded(const struct viewing *v, vec3 point)
+{
+    return behind_board(v->board, v->eye, point)
+           || (any_blocker(v) && rec_blocked(v->blockers, v->eye, point, berth(v, point)));
+}
+
+static bool shadowed(const struct viewing *v, vec3 point)
+{
+    if (!v->lamp->at_infinity && behind_board(v->board, v->lamp_position, point))
+        return true;
     vec3 lamp = cal_lamp_position(v->lamp, v->view->view_from_world);
-    return rec_blocked(v->blockers, lamp, point, margin) ? FATE_SHADOWED : FATE_USED;
+    return any_blocker(v) && rec_blocked(v->blockers, lamp, point, berth(v, point));
+}
+
+// What keeps a used photosite from being seen or lit; FATE_USED: nothing.
+static enum fate blocked(const struct viewing *v, vec3 point)
+{
+    return rec_occluded(v, point) ? FATE_OCCLUDED : shadowed(v, point) ? FATE_SHADOWED : FATE_USED;
 }
 
 void rec_strip_block(struct strip *s, const struct viewing *v)
 {
-    bool free_way = !v->board && (!v->blockers || v->blockers->count == 0);
+    bool free_way = !v->board && !any_blocker(v);
     for (int i = 0; i < LANES && !free_way; i++)
         if (s->fate[i] == FATE_USED)
-            s->fate[i] = blocked(v, s, i);
+            s->fate[i] = blocked(v, rec_lane(&s->point, i));
 }
 
 /** What the photosites of a strip read in one channel. */

@@ -56,4 +56,7 @@ void rec_strip_block(struct strip *strip, const struct viewing *viewing);
 void rec_strip_angles(struct strip *strip);
 void rec_strip_errors(struct strip *strip, const struct viewing *viewing);
 
+/** Does the board or a blocker stand between the camera and a place on the sample? */
+bool rec_occluded(const struct viewing *viewing, vec3 point);
+
 #endif

@@ -171,7 +171,7 @@ static void test_numbers_of_made_bins(void **state)
     memset(of_bin, BIN_EXTRAPOLATED, MERL_BINS);
     for (int i = 0; i < bins.count; i++)
         of_bin[bins.bin[i].index] = BIN_MEASURED;
-    assert_int_equal(rec_checks(&k, &bins, &census, &table, of_bin, 0.1, NULL), STATUS_OK);
+    assert_int_equal(rec_checks(&k, &bins, &census, &table, of_bin, 0.1, 0, NULL), STATUS_OK);
     assert_int_equal(k.reciprocity.bins, (bins.count + 1) / 2);
     assert_near(k.reciprocity.mean, 0.03, 1e-12);
     assert_near(k.reciprocity.typical, 0.03, 1e-12);
