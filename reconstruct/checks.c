@@ -61,19 +61,24 @@ static void check_coverage(struct checks *k, const struct bins *bins)
             k->coverage[band_of(bins->bin[i].index)].measured++;
 }
 
-// What the dark side sends, over what the sample would of all of the lamp's light.
-static void check_darkness(struct checks *k, const struct night *night, double bounce_sigma)
+// What the dark side sends, over what the sample would of all of the lamp's light. Where calib took
+// the board's light to be as strong as the dark side shows, its strength tells what is too much.
+static void check_darkness(struct checks *k, const struct night *night,
+                           const struct surroundings *around, double scatter)
 {
-    const double albedo = k->albedo[0].value[1];
+    const double albedo = k->albedo[0].value[1], strength = around->strength;
+    const double shared = strength > 0 ? around->sigma_strength / strength : 0;
+    k->excess = around->told && strength > 0 ? strength - 1 : 0;
+    k->sigma_excess = around->sigma_strength;
     for (int z = 0; z < NIGHT_ZONES; z++) {
-        darkness d = rec_darkness(night, (enum night_zone)z, bounce_sigma);
+        darkness d = rec_darkness(night, (enum night_zone)z, hypot(shared, scatter));
         k->dark[z] = (darkness){d.mean / albedo, d.sigma / albedo, d.shots};
     }
 }
 
 enum status rec_checks(struct checks *k, const struct bins *bins, const struct census *census,
                        const struct merl *table, const uint8_t *state, double fit_error,
-                       double bounce_sigma, struct error *err)
+                       const struct surroundings *around, struct error *err)
 {
     static const double theta_deg[ALBEDO_ANGLES] = {0, 15, 30, 45, 60, 75, 85};
     *k = (struct checks){
@@ -88,7 +93,7 @@ enum status rec_checks(struct checks *k, const struct bins *bins, const struct c
         k->albedo[i].theta_i_deg = theta_deg[i];
     enum status status = rec_albedos(k->albedo, ALBEDO_ANGLES, table, state, bins, fit_error, err);
     if (!status)
-        check_darkness(k, &census->night, bounce_sigma);
+        check_darkness(k, &census->night, around, bins->bounce_scatter);
     return status;
 }
 
@@ -101,8 +106,17 @@ static bool uneven(const unevenness *u)
 // Light that falls on the sample from everywhere is as strong near the lit side as far from it.
 static void warn_of_light(const struct checks *k, struct run *run)
 {
+    static const char *const remedy = ": make the room dark, cover what is bright around the "
+                                      "sample, or take photographs with the "
+                                      "lamp off for `ambient`";
     const darkness *dusk = &k->dark[ZONE_DUSK], *night = &k->dark[ZONE_NIGHT];
     const darkness *most = dusk->mean > night->mean ? dusk : night;
+    if (k->excess > 3 * k->sigma_excess)
+        cap_warn(
+            run,
+            "the side of the sample that the lamp does not reach is %.2f +- %.2f times as bright "
+            "as the board's light makes it%s",
+            1 + k->excess, k->sigma_excess, remedy);
     if (!(most->mean > 0.005 + 3 * most->sigma))
         return;
     bool fades = dusk->mean > 2 * night->mean
@@ -113,8 +127,7 @@ static void warn_of_light(const struct checks *k, struct run *run)
              100 * most->mean, 100 * most->sigma,
              fades ? ", and less so farther from the lit side: light comes through the sample, and "
                      "no BRDF describes that"
-                   : ": make the room dark, cover what is bright around the sample, or take "
-                     "photographs with the lamp off for `ambient`");
+                   : remedy);
 }
 
 void rec_checks_warn(const struct checks *k, struct run *run)

@@ -21,15 +21,15 @@ struct checks {
     struct {
         int bins, measured;
     } coverage[COVERAGE_BANDS];
-    darkness dark[NIGHT_ZONES];  // where the lamp does not reach: parts of its light
+    darkness dark[NIGHT_ZONES];   // where the lamp does not reach: parts of its light
+    double excess, sigma_excess;  // of the dark side over the board's predicted light on it
     double stray;  // part of the photosites that were left out because neighbours disagree
 };
 
-/** state and fit_error as for rec_albedos; bounce_sigma: of the board's light, relative.
- *  STATUS_MEMORY. */
+/** state and fit_error as for rec_albedos; around: the board's light. STATUS_MEMORY. */
 enum status rec_checks(struct checks *checks, const struct bins *bins, const struct census *census,
                        const struct merl *table, const uint8_t *state, double fit_error,
-                       double bounce_sigma, struct error *err);
+                       const struct surroundings *around, struct error *err);
 /** Tell the person what to look at. */
 void rec_checks_warn(const struct checks *checks, struct run *run);
 

@@ -63,14 +63,6 @@ static enum status calibrate_alone(struct job *j, struct error *err)
     return status;
 }
 
-// What is not known of the board's light on the sample: 1 sigma, relative.
-static double bounce_sigma(const struct job *j)
-{
-    const struct surroundings *around = &j->calibration.surroundings;
-    double shared = around->strength > 0 ? around->sigma_strength / around->strength : 0;
-    return hypot(shared, j->bins.bounce_scatter);
-}
-
 // The median over bins and channels of sigma / mean.
 static double median_sigma(const struct bins *bins)
 {
@@ -142,7 +134,7 @@ static enum status conclude(struct job *j, struct error *err)
     status = rec_fill(&j->table, j->status, &j->bins, &j->fits.fit[0], j->run, err);
     if (!status)
         status = rec_checks(&j->checks, &j->bins, &j->census, &j->table, j->status,
-                            j->fits.fit[0].log_rms, bounce_sigma(j), err);
+                            j->fits.fit[0].log_rms, &j->calibration.surroundings, err);
     if (!status)
         rec_checks_warn(&j->checks, j->run);
     return status;

@@ -145,6 +145,31 @@ static void test_shots_in_any_order(void **state)
     assert_memory_equal(&forth, &merged, sizeof forth);
 }
 
+static int warnings_of(const struct checks *k)
+{
+    struct run run;
+    cap_run_begin(&run, 1, true);
+    rec_checks_warn(k, &run);
+    int warnings = run.warnings;
+    cap_run_end(&run);
+    return warnings;
+}
+
+// A dark side that shines is told where it is more than its error, by itself and beside the board.
+static void test_light_on_the_dark_side_is_told(void **state)
+{
+    (void)state;
+    const darkness dark = {0.001, 0.0002, 5}, bright = {0.02, 0.002, 5}, doubtful = {0.02, 0.01, 5};
+    assert_int_equal(warnings_of(&(struct checks){.dark = {dark, dark}}), 0);
+    assert_int_equal(warnings_of(&(struct checks){.dark = {bright, dark}}), 1);
+    assert_int_equal(warnings_of(&(struct checks){.dark = {dark, bright}}), 1);
+    assert_int_equal(warnings_of(&(struct checks){.dark = {doubtful, doubtful}}), 0);
+    assert_int_equal(warnings_of(&(struct checks){.dark = {{0, NAN, 0}, {0, NAN, 0}}}), 0);
+    assert_int_equal(warnings_of(&(struct checks){.excess = 0.5, .sigma_excess = 0.1}), 1);
+    assert_int_equal(warnings_of(&(struct checks){.excess = 0.2, .sigma_excess = 0.1}), 0);
+    assert_int_equal(warnings_of(&(struct checks){.excess = -0.5, .sigma_excess = 0.1}), 0);
+}
+
 // Half of a white table: albedo 1/2. One bin in two differs by 3 % +- 1 % when swapped.
 static void test_numbers_of_made_bins(void **state)
 {
@@ -154,7 +179,6 @@ static void test_numbers_of_made_bins(void **state)
     struct bins bins = made_bins(lambert, half, 101, 0);
     struct merl table = {malloc(3 * (size_t)MERL_BINS * sizeof(double))};
     struct census census = {.photosites = {[FATE_USED] = 990, [FATE_STRAY] = 10}};
-    struct run run;
     assert_non_null(table.value);
     for (size_t i = 0; i < 3 * (size_t)MERL_BINS; i++)
         table.value[i] = 0.5 / CAP_PI;
@@ -171,7 +195,9 @@ static void test_numbers_of_made_bins(void **state)
     memset(of_bin, BIN_EXTRAPOLATED, MERL_BINS);
     for (int i = 0; i < bins.count; i++)
         of_bin[bins.bin[i].index] = BIN_MEASURED;
-    assert_int_equal(rec_checks(&k, &bins, &census, &table, of_bin, 0.1, 0, NULL), STATUS_OK);
+    assert_int_equal(
+        rec_checks(&k, &bins, &census, &table, of_bin, 0.1, &(struct surroundings){0}, NULL),
+        STATUS_OK);
     assert_int_equal(k.reciprocity.bins, (bins.count + 1) / 2);
     assert_near(k.reciprocity.mean, 0.03, 1e-12);
     assert_near(k.reciprocity.typical, 0.03, 1e-12);
@@ -192,10 +218,7 @@ static void test_numbers_of_made_bins(void **state)
         // Bins without noise: 1 % of what is measured and, apart from it, 10 % of what is not.
         assert_near(a->sigma[1], hypot(0.01 * (a->value[1] - filled), 0.1 * filled), 1e-9);
     }
-    cap_run_begin(&run, 1, true);
-    rec_checks_warn(&k, &run);
-    assert_int_equal(run.warnings, 1);  // reciprocity; 1 % stray is the limit, not beyond it
-    cap_run_end(&run);
+    assert_int_equal(warnings_of(&k), 1);  // reciprocity; 1 % stray is the limit, not beyond it
     free(of_bin);
     rec_merl_free(&table);
     rec_bins_free(&bins);
@@ -209,6 +232,7 @@ int main(void)
         cmocka_unit_test(test_a_stain_is_found_among_few_shots),
         cmocka_unit_test(test_a_grain_is_found_in_size),
         cmocka_unit_test(test_shots_in_any_order),
+        cmocka_unit_test(test_light_on_the_dark_side_is_told),
         cmocka_unit_test(test_numbers_of_made_bins),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
