@@ -69,10 +69,11 @@ static struct contrast contrast_of(const struct frames_of *of, size_t i, double 
                                    double read2, double slope)
 {
     double s0 = 0, s1 = 0, s2 = 0, d0 = 0, d1 = 0;
-    const double seen = (double)of->by[i] - black, rate = fmax(seen, 0) / of->by_time;
+    const double seen = (double)of->by[i] - black, light = seen > 0 ? seen : 0;
+    const double rate = light / of->by_time;
     if (seen >= range || rate * of->time[0] > REACH)
         return (struct contrast){0};
-    const double by_variance = (read2 + slope * fmax(seen, 0)) / (of->by_time * of->by_time);
+    const double by_variance = (read2 + slope * light) / (of->by_time * of->by_time);
     for (int f = 0; f < of->frames; f++) {
         const double t = of->time[f], signal = rate * t, variance = read2 + slope * signal;
         const double room = range - signal;
@@ -96,7 +97,7 @@ static struct told find_black(const struct sensor *sensor, int c,
                               const struct bracket_sample *sample, int samples,
                               const bool *left_out)
 {
-    enum { ROUNDS = 2, COUNT_MIN = 1000 };
+    enum { ROUNDS = 2, COUNT_MIN = 1000, THIN = 8 };
     const double read2 = sensor->read_noise[c] * sensor->read_noise[c], slope = 1 / sensor->gain[c];
     struct told told = {sensor->black[c], INFINITY};
     for (int round = 0; round < ROUNDS; round++) {
@@ -104,14 +105,17 @@ static struct told find_black(const struct sensor *sensor, int c,
         double u = 0, information = 0, count = 0;
         for (int k = 0; k < samples; k++) {
             const struct frames_of of = choose_frames(&sample[k], left_out);
-            for (size_t i = 0; i < (of.frames > 1 ? sample[k].photosites : 0); i++) {
+            // A first round of some tells around which level to weigh.
+            const bool thin = round < ROUNDS - 1 && sample[k].photosites > THIN * THIN * COUNT_MIN;
+            const size_t step = thin ? THIN : 1;
+            for (size_t i = 0; i < (of.frames > 1 ? sample[k].photosites : 0); i += step) {
                 const struct contrast one = contrast_of(&of, i, black, range, read2, slope);
                 if (!(one.information > 0)
                     || one.u * one.u > pow(5 + sqrt(one.information), 2) * one.information)
                     continue;
                 u += one.u;
                 information += one.information;
-                count++;
+                count += (double)step;
             }
         }
         if (count < COUNT_MIN)

@@ -32,13 +32,17 @@ struct line {
 
 static int bin_of(double z)
 {
-    // Quarters of an octave begin at 2^(k/4); frexp and 3 comparisons are a logarithm's half price.
-    int octave = 0;
+    // Quarters of an octave begin at 2^(k/4); a number's own bits hold the octave.
+    uint64_t bits;
     if (!(z >= 1))
         return 0;
-    double m = frexp(z, &octave);  // in [0.5, 1)
-    int bin = 4 * octave - 3 + (m >= 0.5946035575013605) + (m >= 0.7071067811865476)
-              + (m >= 0.8408964152537145);
+    memcpy(&bits, &z, sizeof bits);
+    const int octave = (int)(bits >> 52) - 1023;
+    bits = (bits & ((UINT64_C(1) << 52) - 1)) | UINT64_C(1023) << 52;
+    double m;  // in [1, 2)
+    memcpy(&m, &bits, sizeof m);
+    int bin = 4 * octave + 1 + (m >= 1.189207115002721) + (m >= 1.4142135623730951)
+              + (m >= 1.681792830507429);
     return bin < BINS ? bin : BINS - 1;
 }
 
@@ -72,7 +76,7 @@ static void add_pair(struct bin *bin, struct line noise, const struct sensor *se
     const float *dn_short = s->dn[f - 1], *dn_long = s->dn[f];
     for (size_t i = 0; i < s->photosites; i += stride) {
         double a = (double)dn_short[i] - black, b = (double)dn_long[i] - black;
-        double photons = noise.slope * fmax(b, 0);
+        double photons = b > 0 ? noise.slope * b : 0;
         double k = noise.offset + photons <= 0
                        ? 1
                        : (noise.offset + photons) / (ratio * noise.offset + photons);
@@ -109,13 +113,13 @@ static double *seen_ratios(const struct sensor *sensor, int c, const struct brac
 
 static void fill_bins(struct bin *bin, struct line noise, const struct sensor *sensor, int c,
                       const struct bracket_sample *sample, int samples, const double *ratio,
-                      double reach)
+                      double reach, size_t enough)
 {
-    enum { PASSES = 3, ENOUGH = 300000 };  // photosites a channel, all frames together
+    enum { PASSES = 3 };
     size_t total = 0;
     for (int k = 0; k < samples; k++)
         total += sample[k].photosites * (size_t)sample[k].frames;
-    size_t stride = 1 + total / ENOUGH;
+    size_t stride = 1 + total / enough;
     memset(bin, 0, BINS * sizeof *bin);
     for (int pass = 0; pass < PASSES; pass++) {
         for (int b = 0; b < BINS; b++)
@@ -177,14 +181,17 @@ static double rounding(const struct sensor_known *known)
 void sensor_find_noise(struct sensor *sensor, int c, const struct bracket_sample *sample,
                        int samples, const struct sensor_known *known, struct sensor_doubts *doubts)
 {
+    enum { ROUNDS = 3, ENOUGH = 300000 };  // photosites, all frames together
     struct bin bin[BINS];
     struct line noise = {0, 1};
     double *ratio = seen_ratios(sensor, c, sample, samples);
     bool found = ratio != NULL;
     // What is 5 standard deviations off moved; but the errors of JPEG have long tails themselves.
     double reach = known->encoded ? 20 : 5;
-    for (int round = 0; round < 3 && found; round++) {
-        fill_bins(bin, noise, sensor, c, sample, samples, ratio, reach);
+    for (int round = 0; round < ROUNDS && found; round++) {
+        // The line before the last is only to choose bins by: a few per cent off is near enough.
+        fill_bins(bin, noise, sensor, c, sample, samples, ratio, reach,
+                  round < ROUNDS - 1 ? ENOUGH / 4 : ENOUGH);
         found = fit_line(bin, rounding(known), &noise);
     }
     free(ratio);

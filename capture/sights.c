@@ -12,13 +12,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CELL = 64, THIN = 8 };
+enum { CELL = 64 };
 enum { SAMPLES = 500000, SQUARES = 50000 };  // enough for what photosites tell together
+enum { THIN_BANDS = 16 };                    // so many at least, of a row of squares each
 
 struct reading {
     struct look look;
     struct view view[SIGHTS_MAX];
     int views, threads;
+    int band, step;            // rows of a band, and from one to the next
     int every;                 // of so many cells' rows one is sampled
     int square, every_square;  // pixels; of so many rows of squares one is looked at
     unsigned char *odd;        // [LOOK_BAND][places][plane]: views in which a value is odd
@@ -230,11 +232,11 @@ static bool keep_sights(struct sights *s, const struct reading *r, int top, int 
 /* A band of all views; false: a photograph or memory failed. */
 static bool read_band(struct sights *s, struct reading *r, int top)
 {
-    const int left = r->look.height - top, rows = left < LOOK_BAND ? left : LOOK_BAND;
+    const int left = r->look.height - top, rows = left < r->band ? left : r->band;
     int failed = 0, squares = 0;
 #pragma omp parallel for schedule(dynamic) num_threads(r->threads) reduction(+ : failed)
     for (int k = 0; k < r->views; k++)
-        failed += !view_fill(&r->view[k], &r->look, top);
+        failed += !view_fill(&r->view[k], &r->look, top, rows);
     if (failed)
         return false;
 #pragma omp parallel for schedule(dynamic) num_threads(r->threads)
@@ -337,6 +339,14 @@ static void plan_samples(struct reading *r)
     const double squares = (double)r->look.width * r->look.height / (r->square * r->square);
     r->every = (int)fmax(values / SAMPLES, 1);
     r->every_square = (int)fmax(squares / SQUARES, 1);
+    r->band = r->step = LOOK_BAND;
+    if (r->views >= SIGHTS_LEAST)
+        return;
+    // No photosite can be judged, so that not all need be seen: thin bands, of which all is.
+    const double bands = fmax(SAMPLES / ((double)r->look.count * r->square), THIN_BANDS);
+    r->band = r->square;
+    r->step = (int)fmax(r->look.height / bands / r->square, 1) * r->square;
+    r->every = r->every_square = 1;
 }
 
 static int by_place(const void *a, const void *b)
@@ -371,13 +381,12 @@ enum status sights_read(struct sights *sights, const struct capture *capture, in
         return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
     r->threads = run->threads;
     r->look = look_for(photo, sensor);
-    plan_samples(r);
     open_views(r, capture, camera, left_out);
+    plan_samples(r);
     made.views = r->views;
     const bool memory = make_room(r, &made);
-    const int step = r->views < SIGHTS_LEAST ? THIN * LOOK_BAND : LOOK_BAND;
     bool ok = memory && r->views > 0;
-    for (int top = 0; top < r->look.height && ok; top += step)
+    for (int top = 0; top < r->look.height && ok; top += r->step)
         ok = read_band(&made, r, top);
     if (ok)
         finish(&made, &r->look);

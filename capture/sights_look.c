@@ -106,11 +106,11 @@ WIDE static void sort_row(float *restrict dn, const float *restrict row, const s
     }
 }
 
-bool view_fill(struct view *v, const struct look *look, int top)
+bool view_fill(struct view *v, const struct look *look, int top, int rows)
 {
     const int reach = look->reach;
     const int first = top > reach ? top - reach : 0;
-    const int end = top + LOOK_BAND + reach < look->height ? top + LOOK_BAND + reach : look->height;
+    const int end = top + rows + reach < look->height ? top + rows + reach : look->height;
     const size_t line = look_line(look);
     enum status status = STATUS_OK;
     if (v->end > first)

@@ -41,8 +41,9 @@ size_t look_line(const struct look *look);
 /** false: out of memory. Release with view_free() in any case. */
 bool view_make(struct view *view, const struct look *look);
 void view_free(struct view *view);
-/** Read the band from row `top` on and what is around it; false: the photograph fails. */
-bool view_fill(struct view *view, const struct look *look, int top);
+/** Read the band of `rows` (LOOK_BAND at most) from row `top` on and what is around it; false: the
+ *  photograph fails. */
+bool view_fill(struct view *view, const struct look *look, int top, int rows);
 /** The values of row y, all places. */
 const float *view_row(const struct view *view, const struct look *look, int y);
 /** flags, and residual where wanted, of row y, the k-th of the band. */

@@ -20,6 +20,7 @@ struct tiff_file {
     int samples;  // a pixel in the file; the first three are R, G, B, or the first gray
     bool tiled, planes, banded;
     bool half;            // 16-bit numbers of floating point
+    bool differences;     // line holds each pixel less the one on its left
     size_t bytes;         // a sample
     int band_rows;        // rows a strip or tile
     unsigned char *line;  // a row, strip or tile as in the file
@@ -162,6 +163,19 @@ static enum status read_layout(struct tiff_file *file, struct error *err)
     return STATUS_OK;
 }
 
+/* Does the file hold differences along rows? libtiff then leaves them to us, who sum them on the
+ * way to float: summed by libtiff they take a fifth of the time of decoding. Asked last, for to set
+ * the directory anew is to forget. */
+static bool takes_differences(struct tiff_file *file)
+{
+    uint16_t predictor = PREDICTOR_NONE;
+    const bool plain = file->bytes == 2 && !file->half && file->samples == 3
+                       && !file->base.info.gray && !file->planes && !file->tiled;
+    return plain && TIFFGetField(file->tiff, TIFFTAG_PREDICTOR, &predictor)
+           && predictor == PREDICTOR_HORIZONTAL
+           && TIFFSetField(file->tiff, TIFFTAG_PREDICTOR, PREDICTOR_NONE);
+}
+
 static enum status make_buffers(struct tiff_file *file, struct error *err)
 {
     enum { STRIP_BYTES = 16 << 20 };
@@ -220,11 +234,36 @@ static void unpack(const struct tiff_file *file, const void *from, size_t from_s
             to[to_step * i] = scaled(real[from_step * i]);
 }
 
+/* A row of pixels of three 16-bit samples, from differences modulo 2^16. Four values go together;
+ * the fourth is the next pixel's and is overwritten, so that the last pixel goes by itself. */
+static void sum_differences(const void *from, float *to, size_t pixels)
+{
+    typedef uint16_t four __attribute__((vector_size(8)));
+    typedef int32_t four_whole __attribute__((vector_size(16)));
+    typedef float four_real __attribute__((vector_size(16)));
+    const unsigned char *next = from;
+    four sum = {0}, step = {0};
+    for (size_t i = 0; i + 1 < pixels; i++, next += 6, to += 3) {
+        memcpy(&step, next, sizeof step);
+        sum += step;
+        // By way of 32 bits: the compiler knows no shorter way that is not one by one.
+        const four_whole whole = __builtin_convertvector(sum, four_whole);
+        const four_real real = __builtin_convertvector(whole, four_real);
+        memcpy(to, &real, sizeof real);
+    }
+    memcpy(&step, next, 6);
+    sum += step;
+    for (int c = 0; c < 3; c++)
+        to[c] = sum[c];
+}
+
 /* Pixels that stand together in the file; gray ones stand in all three channels. */
 static void unpack_pixels(const struct tiff_file *file, const void *from, float *to, size_t pixels)
 {
     size_t step = (size_t)file->samples;
-    if (step == 3 && !file->base.info.gray)
+    if (file->differences)
+        sum_differences(from, to, pixels);
+    else if (step == 3 && !file->base.info.gray)
         unpack(file, from, 1, to, 1, 3 * pixels);
     else
         for (size_t c = 0; c < 3; c++)
@@ -358,6 +397,7 @@ enum status tiff_open(struct photo_file **opened, const char *path, struct error
         file->tiff ? read_layout(file, err) : fail(file, err, "cannot be opened as a TIFF");
     if (!status) {
         read_exif(file);
+        file->differences = takes_differences(file);
         status = make_buffers(file, err);
     }
     return photo_opened(opened, &file->base, status);
