@@ -76,6 +76,7 @@ struct ambients {
     const struct capture *capture;
     const struct learned *learned;
     int *view_of;       // [shots]
+    double *likeness;   // [shots] of the best frame
     struct view *view;  // [views], at most a shot
     int views;
     struct view *last;  // the light that was last done with
@@ -135,9 +136,9 @@ static enum status look_at_frames(struct thumbnail *frame, const struct ambients
     return status;
 }
 
-/* The frames of a shot: which[frames]. */
-static void choose(bool *which, const struct thumbnail *shot, const struct thumbnail *frame,
-                   int frames)
+/* The frames of a shot: which[frames]; returns how alike the best is. */
+static double choose(bool *which, const struct thumbnail *shot, const struct thumbnail *frame,
+                     int frames)
 {
     double best = 0;
     for (int k = 0; k < frames; k++)
@@ -145,6 +146,7 @@ static void choose(bool *which, const struct thumbnail *shot, const struct thumb
     for (int k = 0; k < frames; k++)
         which[k] = best > 0 ? thumbnail_likeness(shot, &frame[k]) >= AS_GOOD * best
                             : frame[k].across && frame[k].blank;
+    return best;
 }
 
 /* Choose for the shots of a camera: which[shots][frames]. */
@@ -164,7 +166,7 @@ static enum status choose_all(bool *which, const struct ambients *all, int camer
                         : -1;
         // One that cannot be read is told of when it is merged.
         if (photo >= 0 && !look_at(&shot, capture->photo[photo].name, all, camera, NULL))
-            choose(which + (size_t)s * (size_t)frames, &shot, frame, frames);
+            all->likeness[s] = choose(which + (size_t)s * (size_t)frames, &shot, frame, frames);
         thumbnail_free(&shot);
     }
     for (int k = 0; frame && k < frames; k++)
@@ -251,9 +253,10 @@ enum status ambients_find(struct ambients **ambients, const struct capture *capt
     if (all) {
         *all = (struct ambients){.capture = capture, .learned = learned};
         all->view_of = calloc(shots, sizeof *all->view_of);
+        all->likeness = calloc(shots, sizeof *all->likeness);
         all->view = calloc(shots, sizeof *all->view);
     }
-    if (!which || !all || !all->view_of || !all->view)
+    if (!which || !all || !all->view_of || !all->likeness || !all->view)
         status = cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
     for (int k = 0; k < capture->cameras && !status; k++)
         status = choose_all(which, all, k, left_out, run, err);
@@ -280,6 +283,7 @@ void ambients_free(struct ambients *ambients)
     }
     free(ambients->view);
     free(ambients->view_of);
+    free(ambients->likeness);
     free(ambients);
 }
 
@@ -288,6 +292,11 @@ void ambients_free(struct ambients *ambients)
 struct frame_names ambients_of(const struct ambients *ambients, int shot)
 {
     return ambients ? ambients->view[ambients->view_of[shot]].frames : (struct frame_names){0};
+}
+
+double ambients_likeness(const struct ambients *ambients, int shot)
+{
+    return ambients ? ambients->likeness[shot] : 0;
 }
 
 enum status ambients_begin(struct ambients *ambients, int shot, struct error *err)

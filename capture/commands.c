@@ -1,6 +1,7 @@
 /* commands.c -- the commands of capture/: arguments and messages, no arithmetic. */
 #include "capture.h"
 #include "commands_shoot.h"
+#include "dry_run.h"
 
 #include <stdlib.h>
 
@@ -25,26 +26,6 @@ static void print_result(const struct capture *capture, const bool *usable, cons
                capture->photos, capture->shots, maps, run->warnings, seconds);
     else
         printf("%d photographs, %d radiance maps in %s/radiance\n", capture->photos, maps, out);
-}
-
-/* The table of --dry-run: a line a shot. */
-static void print_shots(const struct capture *capture)
-{
-    printf("%-24s %-8s %-10s %6s %8s %6s  %-32s %s\n", "shot", "camera", "lamp", "ISO", "aperture",
-           "photos", "seconds", "begins because of");
-    for (int k = 0; k < capture->shots; k++) {
-        const struct shot *shot = &capture->shot[k];
-        const struct photo *first = &capture->photo[shot->photo[0]];
-        char times[200] = "";
-        size_t length = 0;
-        for (int i = 0; i < shot->photos && length < sizeof times - 16; i++)
-            length += (size_t)snprintf(times + length, sizeof times - length, "%s%.4g",
-                                       i ? " " : "", capture->photo[shot->photo[i]].exposure_time);
-        printf("%-24s %-8s %-10s %6.0f %8.1f %6d  %-32s %s\n", shot->name,
-               capture->camera[shot->camera].name,
-               shot->light >= 0 ? capture->light[shot->light].name : "-", first->iso,
-               first->aperture, shot->photos, times, shot->why);
-    }
 }
 
 static enum status merge_all(struct capture *capture, const char *out, bool json, struct run *run,
@@ -75,7 +56,7 @@ static int run_merge(const struct arguments *args)
     cap_run_begin(&run, threads, cap_option(args, "quiet"));
     enum status status = cap_capture_read(&capture, args->positional[0], &run, &err);
     if (!status && dry)
-        print_shots(&capture);
+        status = dry_run(&capture, &run, &err);
     else if (!status)
         status = merge_all(&capture, out, cap_option(args, "json"), &run, &err);
     cap_capture_free(&capture);

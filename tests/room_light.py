@@ -56,6 +56,18 @@ def main():
         for k, rows in enumerate(np.split(np.arange(len(alone)), 3)):
             of = lambda m: np.median((m[rows] / alone[rows])[bright[rows]]) - 1
             check(f"left of it in view {k}, of what there was", abs(of(each)) / of(lit), 0, 0.02)
+        # Whatever the files: mosaics, and codes whose curve is found from the brackets. A dry run tells which frame is whose.
+        scene["shots"] = [{"arc": dict(arc, count=2)}]
+        for kind, more in (("dng", {"sensor": {"mosaic": "rggb"}}), ("jpeg", {})):
+            changes = dict(more, files=kind)
+            alone, lit = merged("alone-" + kind, **changes), merged("lit-" + kind, ambient=[room] * 3, **changes)
+            each = merged("each-" + kind, ambient=[room] * 3, ambient_frame="each", **changes)
+            said = subprocess.check_output([goniocam, "merge", at("each-" + kind), "--dry-run"], text=True).split("ambient frames")[1]
+            own = [line.split()[-1].startswith("ambient%02d." % k) for k, line in enumerate(said.strip().splitlines())]
+            check(f"{kind}: frames told to be of the shot they were taken for", sum(own), 2, 2)
+            bright = np.isfinite(alone) & (alone > 0.1 * np.nanmedian(alone))
+            of = lambda m: np.median(m[bright] / alone[bright]) - 1
+            check(f"{kind}: left of it, of what there was", abs(of(each)) / of(lit), 0, 0.02)
     sys.exit(1 if limits.failed else 0)
 
 

@@ -30,7 +30,7 @@ struct fault {
 
 static float cell[VIEWS][3 * CELLS * CELLS];
 static struct glare_field seen[VIEWS];
-static struct ink ink[VIEWS * TAGS];
+static struct ink clean[VIEWS * TAGS], ink[VIEWS * TAGS];  // before and after the faults
 
 /* Fields of photographs of 640 x 640: darker to the right, with a black ball in the middle; the
  * brighter view has more of it. */
@@ -58,7 +58,7 @@ static void make_fields(const struct fault *fault)
         struct glare_field veil = truth;
         veil.value = sum;
         for (int t = 0; t < TAGS; t++) {
-            struct ink *to = &ink[v * TAGS + t];
+            struct ink *to = &clean[v * TAGS + t];
             double bring[3];
             *to =
                 (struct ink){.view = v, .tag = t, .pixel = {40 * (t % 4) + 30, 150 * (t / 4) + 60}};
@@ -76,10 +76,11 @@ static void make_fields(const struct fault *fault)
     }
 }
 
-static struct glare_estimate estimate(const struct fault *fault, uint64_t with_seed)
+/* Of the fields that were made. */
+static struct glare_estimate estimate_again(const struct fault *fault, uint64_t with_seed)
 {
     seed = with_seed;
-    make_fields(fault);
+    memcpy(ink, clean, sizeof ink);
     double print[TAGS];
     for (int t = 0; t < TAGS; t++)
         print[t] = 1 + fault->uneven * noise();
@@ -101,6 +102,12 @@ static struct glare_estimate estimate(const struct fault *fault, uint64_t with_s
     struct glare_estimate e;
     assert_int_equal(cal_glare_fit(&e, &inks, seen, VIEWS, NULL), STATUS_OK);
     return e;
+}
+
+static struct glare_estimate estimate(const struct fault *fault, uint64_t with_seed)
+{
+    make_fields(fault);
+    return estimate_again(fault, with_seed);
 }
 
 static void test_two_per_cent_spread_evenly(void **state)
@@ -142,36 +149,43 @@ static void test_ink_that_mirrors_the_lamp_is_no_meter(void **state)
     assert_near(e.total, 0.02, 0.0005);
 }
 
-/* The errors are a `spread` of sigma, in rms; sigma is known to as many degrees of freedom as there
- * are tags, less two, so they are those of Student's t. */
-static void expect_sigma(const struct fault *fault, double spread)
+/* Sigma holds the tags' scatter, which is told by n degrees of freedom, as many as there are tags,
+ * less two, and what does not scatter. So errors over it lie between Student's t of n degrees,
+ * whose squares have the mean n / (n - 2) and the variance 3 n^2 / ((n - 2) (n - 4)) - mean^2, and
+ * a normal distribution; within three standard deviations of so many trials that those of t's rms
+ * are 0.15. `student` is the share of t within 2. */
+static void expect_sigma(const struct fault *fault, int n, double student)
 {
-    enum { TRIALS = 60 };
-    int within = 0;
-    double square = 0;
-    for (uint64_t k = 30; k < 30 + TRIALS; k++) {
-        struct glare_estimate e = estimate(fault, k);
+    const double mean = n / (n - 2.0), rms = sqrt(mean), normal = 0.9545;
+    const double variance = 3.0 * n * n / ((n - 2.0) * (n - 4)) - mean * mean;
+    const int trials = (int)ceil(variance * pow(3 / (2 * rms * 0.15), 2));
+    double within = 0, square = 0;
+    make_fields(fault);
+    for (int k = 0; k < trials; k++) {
+        struct glare_estimate e = estimate_again(fault, 30 + (uint64_t)k);
         double z = (e.total - 0.02) / e.sigma;
-        within += fabs(z) < 2;
-        square += z * z / TRIALS;
+        within += (fabs(z) < 2) / (double)trials;
+        square += z * z / trials;
     }
-    assert_true(within >= 54);                // 95 % of 60 are 57 +- 1.7
-    assert_near(sqrt(square), spread, 0.16);  // +- 0.09
+    print_message("%d trials: rms %.3f, within 2 sigma %.3f\n", trials, sqrt(square), within);
+    assert_true(sqrt(square) < rms + 0.15);
+    assert_true(sqrt(square) > 1 - 3 / sqrt(2.0 * trials));
+    assert_true(within > student - 3 * sqrt(student * (1 - student) / trials));
+    assert_true(within < normal + 3 * sqrt(normal * (1 - normal) / trials));
 }
 
 static void test_errors_of_views_and_tags_are_in_sigma(void **state)
 {
     (void)state;
-    expect_sigma(
-        &(struct fault){.share = {0.02}, .noise = 0.002, .uneven = 0.02, .per_view = 0.003},
-        sqrt(14.0 / 12));
+    const struct fault fault = {.share = {0.02}, .noise = 0.002, .uneven = 0.02, .per_view = 0.003};
+    expect_sigma(&fault, TAGS - 2, 0.9347);
 }
 
 static void test_uneven_print_of_few_tags_is_in_sigma(void **state)
 {
     (void)state;
-    expect_sigma(&(struct fault){.share = {0.02}, .noise = 0.002, .uneven = 0.05, .few = true},
-                 sqrt(6.0 / 4));
+    const struct fault fault = {.share = {0.02}, .noise = 0.002, .uneven = 0.05, .few = true};
+    expect_sigma(&fault, TAGS / 2 - 2, 0.9076);
 }
 
 static void test_too_little_ink_tells_nothing(void **state)
@@ -179,7 +193,7 @@ static void test_too_little_ink_tells_nothing(void **state)
     (void)state;
     const struct fault fault = {.share = {0.02}, .noise = 0.002};
     make_fields(&fault);
-    const struct inks inks = {ink, 5, 5};
+    const struct inks inks = {clean, 5, 5};
     struct glare_estimate e;
     assert_int_equal(cal_glare_fit(&e, &inks, seen, VIEWS, NULL), STATUS_OK);
     assert_true(e.total == 0 && e.share[0] == 0);
