@@ -33,8 +33,8 @@ enum status ambients_find(struct ambients **ambients, const struct capture *capt
 void ambients_free(struct ambients *ambients);
 /** The frames of a shot, in order; borrowed. */
 struct frame_names ambients_of(const struct ambients *ambients, int shot);
-/** How alike the best of them and the shot are, thumbnail_likeness(); 0: no frame shows the view, and
- *  those of the shot, if any, show nothing. */
+/** How alike the best of them and the shot are, thumbnail_likeness(); 0: no frame shows the view,
+ * and those of the shot, if any, show nothing. */
 double ambients_likeness(const struct ambients *ambients, int shot);
 /** Have the light of a shot in memory, from any thread, until ambients_done(): that of the shots at
  *  work, and the last one. As ambient_light_read(). */
