@@ -25,7 +25,9 @@
 
 // Times the number of photosites: how many sound ones may be expected to be taken.
 static const double SIGNIFICANCE = 0.01;
-static const double SAME_VIEW = 0.5;        // correlation
+static const double SAME_VIEW = 0.5;  // correlation
+static const double GAIN_SIGMA =
+    0.007;  // relative, of the noise's line: noise.c, 300000 photosites
 static const double USUAL_UNEQUAL = 0.005;  // what sensors are at most, where nothing is told
 
 enum { VIEWS_MIN = 3 };
@@ -123,9 +125,11 @@ static void measure_unequal(struct defects *d, const struct sights *s, const int
 {
     for (int c = 0; c < 3; c++) {
         double sum = 0, square = 0, count = 0, excess = 0, excess2 = 0, sites = 0;
+        double explained = 0;
         for (int k = 0; k < s->views; k++) {
             excess += s->excess[c][k];
             excess2 += s->excess2[c][k];
+            explained += s->explained[c][k];
             sites += s->smooth[c][k];
             for (int j = 0; j < k; j++)
                 if (group[j] != group[k] && s->pairs[c][j][k] > 0) {
@@ -142,7 +146,7 @@ static void measure_unequal(struct defects *d, const struct sights *s, const int
         if (count >= ENOUGH) {
             d->told = true;  // also that it is nothing
             d->sites.relative[c] = mean > 4 * sigma ? sqrt(mean / scatter) : 0;
-        } else if (sites >= ENOUGH && excess > 4 * sqrt(excess2)) {
+        } else if (sites >= ENOUGH && excess > 4 * hypot(sqrt(excess2), GAIN_SIGMA * explained)) {
             d->sites.relative[c] = fmin(sqrt(excess / sites / scatter), USUAL_UNEQUAL);
         }
     }

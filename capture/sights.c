@@ -130,6 +130,7 @@ static void add_excess(struct sights *s, const struct reading *r, int k, int y, 
         double more = e * e - noise;
         s->excess[c][k] += more;
         s->excess2[c][k] += more * more;
+        s->explained[c][k] += noise;
         s->smooth[c][k]++;
     }
 }

@@ -32,6 +32,7 @@ struct sights {
     double pairs[3][SIGHTS_MAX][SIGHTS_MAX];
     double first[3][SIGHTS_MAX][SIGHTS_MAX], second[3][SIGHTS_MAX][SIGHTS_MAX];  // sums of j, of k
     double excess[3][SIGHTS_MAX], excess2[3][SIGHTS_MAX], smooth[3][SIGHTS_MAX];
+    double explained[3][SIGHTS_MAX];  // the squares that noise does explain
 };
 
 /** Read the longest frames of up to SIGHTS_MAX shots of a camera. Of fewer than SIGHTS_LEAST shots
