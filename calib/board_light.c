@@ -47,7 +47,7 @@ static void clean(float *row, const struct board_survey *s, const struct calibra
     for (int i = 0; i < s->cells; i++, row += 3, seen += 3) {
         const struct glow *cell = &s->cell[i];
         double pixel[2];
-        if (isnan(seen[0]) || cal_sample_between(&c->sample, eye, cell->point, 2 + cell->side)) {
+        if (isnan(seen[0]) || cal_in_the_way(c, eye, cell->point, 2 + cell->side)) {
             row[0] = NAN;
             continue;
         }
@@ -82,7 +82,7 @@ static double lamp_on_cell(const struct calibration *c, int lamp, const struct g
     double falloff;
     double cosine = vec3_dot(cal_lamp_way(l, world, cell->point, &falloff), cell->normal);
     if (l->on_camera || cosine <= 0
-        || cal_sample_between(&c->sample, cell->point, cal_lamp_position(l, world), 0))
+        || cal_in_the_way(c, cell->point, cal_lamp_position(l, world), 0))
         return 0;
     return cosine * falloff;
 }

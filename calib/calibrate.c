@@ -1,4 +1,5 @@
 /* calibrate.c -- the order of calibration: geometry, glare, sample, lamps, pictures. */
+#include "balls.h"
 #include "cues.h"
 #include "glare_ink.h"
 #include "lamp.h"
@@ -61,12 +62,16 @@ static enum status find_sample_and_lamps(struct calibration *c, const struct cap
     struct outline edges = {0};
     cap_stage(run, "sample", 0);
     enum status status = cal_sample_start(c, &prior, capture, out, run, err);
+    if (!status)
+        status = cal_balls_start(c, capture, out, run, err);
     if (!status) {
         cap_stage(run, "lamps", c->views);
         status = cal_lamps_begin(&search, c, capture, out, run, err);
     }
     if (!status)
         status = place_sample(&edges, c, &prior, capture, out, run, err);
+    if (!status)
+        status = cal_balls_place(c, capture, out, run, err);
     if (!status)
         status = finish_lamps(&search, c, &edges, capture, run, err);
     cal_lamp_search_free(&search);

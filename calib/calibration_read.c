@@ -7,27 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-void cal_calibration_free(struct calibration *c)
-{
-    for (int i = 0; i < c->cameras; i++)
-        free(c->camera[i].name);
-    for (int i = 0; i < c->views; i++) {
-        free(c->view[i].name);
-        free(c->view[i].tag);
-    }
-    for (int i = 0; i < c->lamps; i++)
-        free(c->lamp[i].name);
-    free(c->camera);
-    free(c->view);
-    free(c->lamp);
-    free(c->family);
-    free(c->tag);
-    free(c->surroundings.glow);
-    free(c->sample.file);
-    cal_mesh_free(c->sample.mesh);
-    *c = (struct calibration){0};
-}
-
 // ---- the schema
 
 struct shot_node {
@@ -73,9 +52,9 @@ struct root_node {
     struct camera *camera;
     struct shot_node *shot;
     struct light_node *light;
-    struct sample_node *sample;
+    struct sample_node *sample, *ball;
     struct board_node *board;
-    int cameras, shots, lights;
+    int cameras, shots, lights, balls;
 };
 
 enum { NEED = CYAML_FLAG_DEFAULT, MAY = CYAML_FLAG_OPTIONAL };
@@ -134,7 +113,8 @@ static const cyaml_schema_field_t shot_fields[] = {TEXT(NEED, shot_node, name),
 static const cyaml_strval_t cue_names[] = {{"board", CUE_BOARD},
                                            {"sample", CUE_SAMPLE},
                                            {"highlight", CUE_HIGHLIGHT},
-                                           {"shadow", CUE_SHADOW}};
+                                           {"shadow", CUE_SHADOW},
+                                           {"ball", CUE_BALL}};
 static const cyaml_schema_field_t cue_fields[] = {CYAML_FIELD_ENUM("cue", CYAML_FLAG_STRICT,
                                                                    struct cue_node, cue, cue_names,
                                                                    CYAML_ARRAY_LEN(cue_names)),
@@ -203,6 +183,8 @@ static const cyaml_schema_value_t shot_value = {
     CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct shot_node, shot_fields)};
 static const cyaml_schema_value_t light_value = {
     CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct light_node, light_fields)};
+static const cyaml_schema_value_t ball_value = {
+    CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct sample_node, sample_fields)};
 static const cyaml_schema_field_t root_fields[] = {
     CYAML_FIELD_INT("goniocam", MAY, struct root_node, goniocam),
     LIST("cameras", NEED, root_node, camera, &camera_value),
@@ -210,6 +192,7 @@ static const cyaml_schema_field_t root_fields[] = {
     LIST("lights", NEED, root_node, light, &light_value),
     CYAML_FIELD_MAPPING_PTR("sample", CYAML_FLAG_OPTIONAL | CYAML_FLAG_POINTER, struct root_node,
                             sample, sample_fields),
+    LIST("balls", MAY, root_node, ball, &ball_value),
     CYAML_FIELD_MAPPING_PTR("board", CYAML_FLAG_OPTIONAL | CYAML_FLAG_POINTER, struct root_node,
                             board, board_fields),
     CYAML_FIELD_END};
@@ -374,28 +357,38 @@ static enum status take_shots(struct calibration *c, struct root_node *root, str
     return status;
 }
 
-static enum status take_sample(struct calibration *c, struct root_node *root, struct error *err)
+static enum status take_sample(struct sample *sample, struct sample_node *s, struct error *err)
 {
-    struct sample_node *s = root->sample;
     if (!s)
         return STATUS_OK;
     if (s->shape != SHAPE_MESH && !(s->radius > 0))
         return cap_fail(err, STATUS_FORMAT, "sample: radius must be above 0");
-    c->sample = (struct sample){.shape = s->shape,
-                                .radius = s->radius,
-                                .height = s->height,
-                                .center = vec3_of(s->center),
-                                .axis = vec3_of(s->axis),
-                                .sigma_radius = s->sigma_radius,
-                                .outline_rms_px = s->outline_rms_px,
-                                .outline_edges = s->outline_edges};
-    memcpy(c->sample.sigma_center, s->sigma_center, sizeof s->sigma_center);
-    memcpy(c->sample.sigma_turn, s->sigma_turn, sizeof s->sigma_turn);
+    *sample = (struct sample){.shape = s->shape,
+                              .radius = s->radius,
+                              .height = s->height,
+                              .center = vec3_of(s->center),
+                              .axis = vec3_of(s->axis),
+                              .sigma_radius = s->sigma_radius,
+                              .outline_rms_px = s->outline_rms_px,
+                              .outline_edges = s->outline_edges};
+    memcpy(sample->sigma_center, s->sigma_center, sizeof s->sigma_center);
+    memcpy(sample->sigma_turn, s->sigma_turn, sizeof s->sigma_turn);
     if (s->shape != SHAPE_MESH)
         return STATUS_OK;
-    c->sample.file = take(&s->file);
-    c->sample.world_from_file = (pose){vec3_of(s->rotation), vec3_of(s->translation)};
-    return cal_sample_load(&c->sample, err);
+    sample->file = take(&s->file);
+    sample->world_from_file = (pose){vec3_of(s->rotation), vec3_of(s->translation)};
+    return cal_sample_load(sample, err);
+}
+
+static enum status take_balls(struct calibration *c, struct root_node *root, struct error *err)
+{
+    enum status status = STATUS_OK;
+    for (int i = 0; i < root->balls && !status; i++) {
+        if (i == BALLS_MAX || root->ball[i].shape != SHAPE_SPHERE)
+            return cap_fail(err, STATUS_FORMAT, "balls: at most %d, and spheres", BALLS_MAX);
+        status = take_sample(&c->ball[c->balls++], &root->ball[i], err);
+    }
+    return status;
 }
 
 static enum status take_board(struct calibration *c, struct root_node *root, struct error *err)
@@ -470,7 +463,9 @@ static enum status take_all(struct calibration *c, struct root_node *root, struc
     if (!status)
         status = take_shots(c, root, err);
     if (!status)
-        status = take_sample(c, root, err);
+        status = take_sample(&c->sample, root->sample, err);
+    if (!status)
+        status = take_balls(c, root, err);
     if (!status)
         status = take_board(c, root, err);
     return status;

@@ -138,7 +138,7 @@ static void write_lamp(struct yaml_out *out, const struct lamp *l)
     cap_yaml_close(out);
 }
 
-static void write_sample(struct yaml_out *out, const struct sample *s)
+static void write_sample(struct yaml_out *out, const char *name, const struct sample *s)
 {
     static const char *const names[] = {[SHAPE_NONE] = "",
                                         [SHAPE_SPHERE] = "sphere",
@@ -146,7 +146,7 @@ static void write_sample(struct yaml_out *out, const struct sample *s)
                                         [SHAPE_MESH] = "mesh"};
     if (s->shape == SHAPE_NONE)
         return;
-    cap_yaml_map(out, "sample");
+    cap_yaml_map(out, name);
     cap_yaml_text(out, "shape", names[s->shape]);
     write_vec3(out, "center", s->center);
     if (s->shape == SHAPE_MESH) {
@@ -224,7 +224,13 @@ enum status cal_calibration_write(const struct calibration *c, const char *path,
     for (int i = 0; i < c->lamps; i++)
         write_lamp(out, c->lamp + i);
     cap_yaml_close(out);
-    write_sample(out, &c->sample);
+    write_sample(out, "sample", &c->sample);
+    if (c->balls)
+        cap_yaml_list(out, "balls");
+    for (int i = 0; i < c->balls; i++)
+        write_sample(out, NULL, &c->ball[i]);
+    if (c->balls)
+        cap_yaml_close(out);
     write_board(out, c);
     return cap_yaml_end(out, true, err);
 }

@@ -17,7 +17,8 @@ static const double HARMLESS = 0.001;         // rad: 0.06 degrees cost half a p
 
 const char *cal_cue_name(enum cue cue)
 {
-    static const char *const names[CUES] = {"joint", "board", "sample", "highlight", "shadow"};
+    static const char *const names[CUES] = {"joint",     "board",  "sample",
+                                            "highlight", "shadow", "ball"};
     return names[cue];
 }
 
@@ -89,27 +90,30 @@ static struct lamp_cue mean_of(const vec3 *direction, const double *sigma, int n
     return cue;
 }
 
-enum status cal_highlight_cue(struct calibration *c, int l, const struct seen_highlight *highlight,
-                              struct error *err)
+/** The cue of a lamp by highlights on `spheres` of them: [spheres][views]. */
+static enum status mirrored(struct lamp_cue *cue, const struct calibration *c, int l,
+                            const struct seen_highlight *highlight, int spheres, struct error *err)
 {
-    struct lamp *lamp = &c->lamp[l];
-    vec3 *direction = calloc((size_t)c->views, sizeof *direction);
-    double *sigma = calloc((size_t)c->views, sizeof *sigma);
+    const struct lamp *lamp = &c->lamp[l];
+    const size_t all_of_them = (size_t)(spheres * c->views) + 1;
+    vec3 *direction = calloc(all_of_them, sizeof *direction);
+    double *sigma = calloc(all_of_them, sizeof *sigma);
     int n = 0, kept = 0;
     if (!direction || !sigma) {
         free(direction);
         free(sigma);
         return cap_fail(err, STATUS_MEMORY, "%d views", c->views);
     }
-    for (int v = 0; v < c->views; v++) {
-        const pose at = c->view[v].view_from_world;
-        if (c->view[v].light != l || highlight[v].sigma <= 0)
+    for (int i = 0; i < spheres * c->views; i++) {
+        const struct view *view = &c->view[i % c->views];
+        const pose at = view->view_from_world;
+        if (view->light != l || highlight[i].sigma <= 0)
             continue;
-        vec3 p = cal_lamp_frame(lamp, at, highlight[v].point);
-        vec3 wi = cal_lamp_frame_direction(lamp, at, highlight[v].wi);
+        vec3 p = cal_lamp_frame(lamp, at, highlight[i].point);
+        vec3 wi = cal_lamp_frame_direction(lamp, at, highlight[i].wi);
         vec3 origin = cal_lamp_frame(lamp, at, c->sample.center);
         direction[n] = seen_from(origin, p, wi, lamp->cue[CUE_JOINT].distance);
-        sigma[n++] = highlight[v].sigma;
+        sigma[n++] = highlight[i].sigma;
     }
     struct lamp_cue all = n ? mean_of(direction, sigma, n) : (struct lamp_cue){.sigma = 0};
     for (int i = 0; i < n; i++)
@@ -118,10 +122,16 @@ enum status cal_highlight_cue(struct calibration *c, int l, const struct seen_hi
             direction[kept] = direction[i];
             sigma[kept++] = sigma[i];
         }
-    lamp->cue[CUE_HIGHLIGHT] = kept ? mean_of(direction, sigma, kept) : all;
+    *cue = kept ? mean_of(direction, sigma, kept) : all;
     free(direction);
     free(sigma);
     return STATUS_OK;
+}
+
+enum status cal_highlight_cue(struct calibration *c, int l, const struct seen_highlight *highlight,
+                              struct error *err)
+{
+    return mirrored(&c->lamp[l].cue[CUE_HIGHLIGHT], c, l, highlight, 1, err);
 }
 
 void cal_cues_compare(const struct lamp *lamp, struct run *run)
@@ -140,6 +150,7 @@ void cal_cues_compare(const struct lamp *lamp, struct run *run)
                 k == CUE_BOARD    ? "other light on the board, or paper that is not even"
                 : k == CUE_SHADOW ? "a board that is not flat, or a second lamp"
                 : k == CUE_SAMPLE ? "a sample that is not of one material, or not a sphere"
+                : k == CUE_BALL   ? "a ball that is not round, or a second lamp"
                                   : "a sample that is not a sphere, or a second lamp");
     }
 }
@@ -171,5 +182,7 @@ enum status cal_cues(struct calibration *c, const struct capture *capture,
     }
     for (int l = 0; l < c->lamps && !status; l++)
         status = cal_highlight_cue(c, l, highlight, err);
+    for (int l = 0; l < c->lamps && !status; l++)
+        status = mirrored(&c->lamp[l].cue[CUE_BALL], c, l, highlight + c->views, c->balls, err);
     return status;
 }

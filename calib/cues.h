@@ -8,7 +8,8 @@
 enum status cal_highlight_cue(struct calibration *c, int lamp,
                               const struct seen_highlight *highlight, struct error *err);
 
-/** Fill the cues of all lamps of a finished calibration. highlight is [views]. STATUS_MEMORY. */
+/** Fill the cues of all lamps of a finished calibration. highlight is [1 + balls][views].
+ * STATUS_MEMORY. */
 enum status cal_cues(struct calibration *c, const struct capture *capture,
                      const struct facets *board, const struct facets *sample,
                      const struct seen_highlight *highlight, struct run *run, struct error *err);

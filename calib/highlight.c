@@ -173,11 +173,10 @@ vec3 cal_mirror(vec3 normal, vec3 wo)
 }
 
 bool cal_highlight_lamp(struct seen_highlight *seen, const struct radiance *map,
-                        const struct calibration *c, int v)
+                        const struct calibration *c, const struct sample *s, int v)
 {
     const struct view *view = &c->view[v];
     const struct camera *camera = &c->camera[view->camera];
-    const struct sample *s = &c->sample;
     assert(s->shape == SHAPE_SPHERE);
     vec3 at = cal_to_view(view->view_from_world, s->center), eye = cal_eye(view->view_from_world);
     double center[2];

@@ -20,10 +20,11 @@ bool cal_highlight_find(struct highlight *h, const struct radiance *map, const d
 /** Direction to what a mirror with a unit normal shows in the unit direction wo. */
 vec3 cal_mirror(vec3 normal, vec3 wo);
 
-/** The highlight on the sample (a sphere) in a view, and the direction to the lamp by it; its sigma
- *  holds noise and the asymmetry of a wide lobe. false: no highlight, or not on the sample. */
+/** The highlight on a sphere, the sample or a ball, in a view, and the direction to the lamp by it;
+ *  its sigma holds noise and the asymmetry of a wide lobe. false: no highlight, or not on it. */
 bool cal_highlight_lamp(struct seen_highlight *seen, const struct radiance *map,
-                        const struct calibration *calibration, int view);
+                        const struct calibration *calibration, const struct sample *sphere,
+                        int view);
 
 #ifdef __cplusplus
 }

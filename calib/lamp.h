@@ -33,7 +33,7 @@ struct seen_highlight {
 /** What tells of the lamps. NULL: nothing of that kind. */
 struct lamp_evidence {
     const struct facets *board, *sample;
-    const struct seen_highlight *highlight;  // [views]
+    const struct seen_highlight *highlight;  // [1 + balls][views]: on the sample, then on balls
     // 1: none. More makes the sample's sigmas larger: then its facets hardly move the lamps, but
     // its lobe is found all the same.
     double doubt;

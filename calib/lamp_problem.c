@@ -50,7 +50,8 @@ static bool observe(struct observation *o, const struct facet *f, const struct l
     if (!f->bright || vec3_dot(to_lamp, f->normal) < (board ? 0.05 : COS_MIN)
         || vec3_dot(to_eye, f->normal) < (board ? 0.05 : COS_MIN))
         return false;
-    if (board && cal_sample_between(&c->sample, f->point, at, SHADOW_MM))
+    if (board ? cal_in_the_way(c, f->point, at, SHADOW_MM)
+              : cal_ball_between(c, f->point, at, SHADOW_MM))
         return false;
     if (!board && c->sample.shape == SHAPE_MESH) {  // its own shadow
         vec3 above = vec3_add(f->point, vec3_scale(f->normal, CLEAR * c->sample.radius));
@@ -140,6 +141,8 @@ static void add_parameters(struct lamp_problem *p, struct lamp_state *s,
                                      .size = 3,
                                      .held = known->sigma_all > 0 && known->of == l ? NULL : hold};
     }
+    p->at_still = n;
+    p->parameter[n++] = (struct ceres_parameter){.value = s->still, .size = SHIFTS, .held = hold};
     p->at_beam = n;
     for (int l = 0; l < c->lamps; l++) {
         bool free = s->beams_free && s->beam[l][2] != 0 && !s->far[l];
@@ -191,9 +194,11 @@ static void add_facet(struct lamp_problem *p, const struct facet *f, const struc
     add_term(p, cal_lamp_evaluate, 3, OUTLIER, blocks, block);
 }
 
-/** What a sphere mirrors of the lamp in a view. */
+/** What a sphere, the sample or a ball, mirrors of the lamp in a view. at_shift: by how much it is
+ *  moved. */
 static void add_highlight(struct lamp_problem *p, const struct seen_highlight *h, int v,
-                          const struct lamp_state *s, const struct calibration *c)
+                          const struct sample *sphere, int at_shift, const struct lamp_state *s,
+                          const struct calibration *c)
 {
     const struct view *view = &c->view[v];
     const struct lamp *lamp = &c->lamp[view->light];
@@ -201,19 +206,19 @@ static void add_highlight(struct lamp_problem *p, const struct seen_highlight *h
     struct observation *o = &p->observation[p->terms];
     if (h->sigma <= 0)
         return;
-    vec3 normal = vec3_scale(vec3_sub(h->point, c->sample.center), 1 / c->sample.radius);
+    vec3 normal = vec3_scale(vec3_sub(h->point, sphere->center), 1 / sphere->radius);
     *o = (struct observation){.kind = KIND_HIGHLIGHT,
                               .chart = &s->chart[view->light],
                               .point = cal_lamp_frame(lamp, at, h->point),
                               .normal = cal_lamp_frame_direction(lamp, at, normal),
                               .to_eye = cal_lamp_frame_direction(lamp, at, h->to_eye),
                               .wi = cal_lamp_frame_direction(lamp, at, h->wi),
-                              .radius = c->sample.radius,
+                              .radius = sphere->radius,
                               .sigma = {h->sigma},
                               .view = v};
     for (int k = 0; k < 3; k++)
         o->axis[k] = cal_lamp_frame_direction(lamp, at, (vec3){k == 0, k == 1, k == 2});
-    const int block[2] = {view->light, p->at_shift};
+    const int block[2] = {view->light, at_shift};
     add_term(p, cal_lamp_evaluate_highlight, 2, OUTLIER, 2, block);
 }
 
@@ -315,9 +320,9 @@ enum status lamp_problem_make(struct lamp_problem *p, struct lamp_state *s,
 {
     const struct facets none = {0}, *board = e->board ? e->board : &none;
     const struct facets *sample = e->sample ? e->sample : &none;
-    size_t terms =
-        (size_t)(board->count + sample->count + 2 * c->views + c->cameras + 4 * c->lamps + 5);
-    size_t blocks = (size_t)(4 * c->lamps + c->views + c->cameras + 5);
+    size_t terms = (size_t)(board->count + sample->count + (2 + c->balls) * c->views + c->cameras
+                            + 4 * c->lamps + 5);
+    size_t blocks = (size_t)(4 * c->lamps + c->views + c->cameras + 6);
     *p = (struct lamp_problem){.observation = calloc(terms, sizeof *p->observation),
                                .term = calloc(terms, sizeof *p->term),
                                .parameter = calloc(blocks, sizeof *p->parameter),
@@ -333,7 +338,10 @@ enum status lamp_problem_make(struct lamp_problem *p, struct lamp_state *s,
     for (int i = 0; i < sample->count; i++)
         add_facet(p, &sample->facet[i], s, c, capture);
     for (int v = 0; e->highlight && v < c->views; v++)
-        add_highlight(p, &e->highlight[v], v, s, c);
+        add_highlight(p, &e->highlight[v], v, &c->sample, p->at_shift, s, c);
+    for (int i = 0; e->highlight && i < c->balls * c->views; i++)
+        add_highlight(p, &e->highlight[c->views + i], i % c->views, &c->ball[i / c->views],
+                      p->at_still, s, c);
     add_scale(p, s, c, capture);
     hold_paper(p);
     add_priors(p, c);

@@ -16,7 +16,7 @@ struct lamp_problem {
     bool *held;  // all true, room for the largest block
     int terms, parameters;
     int at_intensity, at_power, at_vignetting, at_paper, at_lobe, at_echo, at_lit, at_strength,
-        at_beam, at_shift;  // first
+        at_still, at_beam, at_shift;  // first; beams and shift are the last (lamp_state.c)
 };
 
 /** From all evidence that the present lamps light. Owned by the caller: lamp_problem_free().

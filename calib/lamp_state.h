@@ -17,6 +17,7 @@ struct lamp_state {
     double *log_power;                // [views]
     double (*strength)[3];            // [lamps] by what ln intensity is more than the reference has
     double log_paper[3], lobe[LOBE_SIZE];
+    double still[SHIFTS];  // 0: what does not move
     double shift[SHIFTS];  // of the sample: centre, from where the outline has it
     // By what share the sample's light on the board, and the board's on the sample, is more than
     // predicted.

@@ -1,5 +1,6 @@
 /* lamps.c -- all lamps of a merged capture: collect facets, start, fit the board, fit everything.
  */
+#include "balls.h"
 #include "beam_model.h"
 #include "cues.h"
 #include "highlight.h"
@@ -39,6 +40,7 @@ static enum status ask_board(struct facets *to, const struct radiance *map,
     return status;
 }
 
+/** highlight: the view's, of [1 + balls][views]. */
 static enum status ask_view(struct facets *to, struct seen_highlight *highlight,
                             const struct question *q, int v, struct error *err)
 {
@@ -49,8 +51,12 @@ static enum status ask_view(struct facets *to, struct seen_highlight *highlight,
         status = ask_board(to, &map, q, v, err);
     } else if (!status) {
         status = cal_sample_facets(to, &map, q->c, v, q->wanted, err);
-        if (!status && q->c->sample.shape == SHAPE_SPHERE && cal_highlight_lamp(&h, &map, q->c, v))
+        if (!status && q->c->sample.shape == SHAPE_SPHERE
+            && cal_highlight_lamp(&h, &map, q->c, &q->c->sample, v))
             *highlight = h;
+        for (int i = 0; i < q->c->balls && !status; i++)
+            if (cal_ball_highlight(&h, &map, q->c, i, v))
+                highlight[(1 + i) * q->c->views] = h;
     }
     cap_radiance_free(&map);
     return status;
@@ -68,7 +74,8 @@ static enum status join(struct facets *all, const struct facets *one, struct err
     return STATUS_OK;
 }
 
-/** The facets of all views, in the order of views; highlight [views] too, where it is asked for. */
+/** The facets of all views, in the order of views; highlight [1 + balls][views] too, where it is
+ * asked for. */
 static enum status ask_all(struct facets *all, struct seen_highlight *highlight,
                            const struct question *q, struct run *run, struct error *err)
 {
@@ -305,7 +312,8 @@ enum status cal_lamps_end(struct lamp_search *search, struct calibration *c, str
     question.wanted = SAMPLE_FACETS / c->views;
     question.wanted = question.wanted > VIEW_FACETS_MAX ? VIEW_FACETS_MAX : question.wanted;
     question.wanted = question.wanted < VIEW_FACETS_MIN ? VIEW_FACETS_MIN : question.wanted;
-    struct seen_highlight *highlight = calloc((size_t)c->views + 1, sizeof *highlight);
+    struct seen_highlight *highlight =
+        calloc((size_t)(c->views * (1 + c->balls)) + 1, sizeof *highlight);
     enum status status = highlight ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "%d views", c->views);
     if (!status)
         status = ask_all(&sample, highlight, &question, run, err);

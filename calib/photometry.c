@@ -233,7 +233,7 @@ static enum status paper_facets(struct facets *facets, const struct radiance *ma
         facet.point = vec3_add(place->center, vec3_add(vec3_scale(place->x_axis, right),
                                                        vec3_scale(place->y_axis, up)));
         double reach = 0.35 * place->size + OCCLUSION_MM;
-        if (cal_sample_between(&c->sample, eye, facet.point, reach))
+        if (cal_in_the_way(c, eye, facet.point, reach))
             continue;
         enum status status = append(facets, &facet, err);
         if (status)
@@ -293,7 +293,7 @@ static enum status patch_facets(struct facets *facets, const struct radiance *ma
             continue;
         facet.point =
             on_patch(patch, sums[k].place[0] / sums[k].count, sums[k].place[1] / sums[k].count);
-        if (cal_sample_between(&c->sample, eye, facet.point, reach + OCCLUSION_MM))
+        if (cal_in_the_way(c, eye, facet.point, reach + OCCLUSION_MM))
             continue;
         enum status status = append(facets, &facet, err);
         if (status)
@@ -422,6 +422,8 @@ enum status cal_sample_facets(struct facets *facets, const struct radiance *map,
                 continue;
             facet.point = vec3_add(look.eye, vec3_scale(ray, hit.s));
             facet.normal = hit.normal;
+            if (cal_ball_between(c, look.eye, facet.point, OCCLUSION_MM))
+                continue;
             enum status status = append(facets, &facet, err);
             if (status)
                 return status;

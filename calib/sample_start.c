@@ -61,9 +61,7 @@ struct attempt {
     struct run *run;
 };
 
-/** Are the edges that were found a good part of an outline, in all views? A few that lie on a line,
- *  such as the board's own, fit any shape. */
-static bool enough_edges(const struct calibration *c)
+bool cal_edges_enough(const struct calibration *c)
 {
     double expected = 0;
     for (int v = 0; v < c->views; v++) {
@@ -86,7 +84,7 @@ static enum status look_near(bool *sure, const struct attempt *a, struct error *
         *a->prior = (struct solid_prior){.radius = s->radius, .radius_sigma = sigma};
         status = cal_solid_start(sure, a->prior, a->c, a->out, a->run, err);
     }
-    *sure = *sure && !status && enough_edges(a->c);
+    *sure = *sure && !status && cal_edges_enough(a->c);
     return status;
 }
 

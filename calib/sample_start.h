@@ -12,4 +12,7 @@
 enum status cal_sample_start(struct calibration *calibration, struct solid_prior *prior,
                              const struct capture *capture, const char *out, struct run *run,
                              struct error *err);
+/** Are the edges that a calibration's sample was placed by a good part of an outline, in all views?
+ *  A few that lie on a line, such as the board's own, fit any shape. */
+bool cal_edges_enough(const struct calibration *calibration);
 #endif

@@ -190,7 +190,7 @@ static bool make_piece(struct shadow_piece *p, const struct radiance *map,
     double reach = fmax(REACH * c->sample.radius, REACH_PX / px_across);
     double half = 0.5 * LENGTH_PX / px_along;
     if (!is_bare(p->point, hypot(reach, half), capture, plane)
-        || cal_sample_between(&c->sample, eye, p->point, reach + CLEAR_MM))
+        || cal_in_the_way(c, eye, p->point, reach + CLEAR_MM))
         return false;
     // A pixel's blur each way, seen along `across`: by the inverse of the frame.
     double det = f.by_across[0] * f.by_along[1] - f.by_across[1] * f.by_along[0];

@@ -22,6 +22,10 @@ double cal_solid_reach(const struct sample *sample);
  *  margin is 0. Of a cylinder with a margin, a capsule is meant. */
 bool cal_sample_between(const struct sample *sample, vec3 a, vec3 b, double margin);
 
+/** The same of the balls beside it, and of all of them (balls.c). */
+bool cal_ball_between(const struct calibration *calibration, vec3 a, vec3 b, double margin);
+bool cal_in_the_way(const struct calibration *calibration, vec3 a, vec3 b, double margin);
+
 /** Point k of SOLID_POINTS that are spread evenly over the surface, its normal, and the area that
  *  is its own. */
 enum { SOLID_POINTS = 400 };

@@ -250,15 +250,20 @@ static void print_lamp(const struct lamp *l, FILE *to)
     print_cues(l, to);
 }
 
-static void print_sample(const struct sample *s, FILE *to)
+static void print_place(const char *name, const struct sample *s, FILE *to)
 {
-    if (s->shape == SHAPE_NONE)
-        return;
-    fprintf(to, "sample: centre %.3f, %.3f, %.3f mm (+- %.3f, %.3f, %.3f)", s->center.x,
+    fprintf(to, "%s: centre %.3f, %.3f, %.3f mm (+- %.3f, %.3f, %.3f)", name, s->center.x,
             s->center.y, s->center.z, s->sigma_center[0], s->sigma_center[1], s->sigma_center[2]);
     if (s->radius > 0)
         fprintf(to, ", radius %.3f mm (+- %.3f)", s->radius, s->sigma_radius);
     fprintf(to, "\n");
+}
+
+static void print_sample(const struct sample *s, FILE *to)
+{
+    if (s->shape == SHAPE_NONE)
+        return;
+    print_place("sample", s, to);
     // A normal is off by this much of the radius: 0.1 degree costs 1 % of reflectance at 80
     // degrees.
     if (s->radius > 0 && length_of(s->sigma_center) > 0.002 * s->radius)
@@ -279,6 +284,8 @@ void cal_print_table(const struct calibration *c, FILE *to)
     if (glare > 0)
         fprintf(to, "glare: %.2g %% of the light (+- %.1g)\n", 100 * glare, 100 * sigma_glare);
     print_sample(&c->sample, to);
+    for (int i = 0; i < c->balls; i++)
+        print_place("ball", &c->ball[i], to);
     for (int i = 0; i < c->lamps; i++)
         print_lamp(c->lamp + i, to);
     fprintf(to, "Lines with ! are worth another photograph; overlay/*.png show what was found.\n");

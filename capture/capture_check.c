@@ -32,9 +32,6 @@ enum status capture_check_axis(vec3 *axis, const struct capture_yaml *yaml, cons
     return STATUS_OK;
 }
 
-// A caliper gives a radius to half a percent: where `radius_sigma` does not say otherwise.
-static const double CALIPER = 0.005;
-
 /* A mesh: its file from the capture's folder, and a rotation vector and a translation. */
 static enum status check_mesh(struct sample_place *sample, const char *folder,
                               const struct capture_yaml *yaml, struct error *err)
@@ -92,7 +89,8 @@ static enum status check_sample(struct capture *capture, const struct capture_ya
     if (cylinder && !is_there(yaml, "sample.axis"))
         return yaml_source_fail(&yaml->source, err, "sample.axis", "is missing");
     sample->radius = given->radius;
-    sample->radius_sigma = given->radius_sigma > 0 ? given->radius_sigma : CALIPER * given->radius;
+    sample->radius_sigma =
+        given->radius_sigma > 0 ? given->radius_sigma : CAPTURE_CALIPER * given->radius;
     sample->height = cylinder ? given->height : 0;
     sample->center = vec3_of(given->center);
     return capture_check_axis(&sample->axis, yaml, "sample.axis", given->axis, (vec3){0, 0, 1},
@@ -215,5 +213,7 @@ enum status capture_check(struct capture *capture, const struct capture_yaml *ya
         status = check_noise(capture, yaml, err);
     if (!status)
         status = capture_check_occluders(capture, yaml, err);
+    if (!status)
+        status = capture_check_balls(capture, yaml, err);
     return status;
 }

@@ -114,6 +114,12 @@ static const cyaml_schema_field_t occluder_fields[] = {
 static const cyaml_schema_value_t occluder = {
     CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct yaml_occluder, occluder_fields)};
 
+static const cyaml_schema_field_t ball_fields[] = {
+    NUMBER("radius", NEED, yaml_ball, radius), NUMBER("radius_sigma", MAY, yaml_ball, radius_sigma),
+    POINT("center", NEED, yaml_ball, center), CYAML_FIELD_END};
+static const cyaml_schema_value_t ball = {
+    CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, struct yaml_ball, ball_fields)};
+
 static const cyaml_schema_field_t root_fields[] = {
     CYAML_FIELD_INT("goniocam", NEED, struct capture_yaml_root, goniocam),
     LIST("camera", MAY, capture_yaml_root, camera, cameras, &camera),
@@ -130,6 +136,7 @@ static const cyaml_schema_field_t root_fields[] = {
     LIST("flat", MAY, capture_yaml_root, flat, flats, &text),
     LIST("ambient", MAY, capture_yaml_root, ambient, ambients, &text),
     LIST("occluders", MAY, capture_yaml_root, occluder, occluders, &occluder),
+    LIST("balls", MAY, capture_yaml_root, ball, balls, &ball),
     CYAML_FIELD_END};
 // clang-format on
 static const cyaml_schema_value_t root = {
@@ -138,7 +145,7 @@ static const cyaml_schema_value_t root = {
 static const struct yaml_rules rules = {
     .lists = (const char *const[]){"reference", "camera", "camera[].photos", "photos.pattern",
                                    "lights[].photos", "shots[].photos", "overrides[].photos",
-                                   "dark", "flat", "ambient", "occluders", NULL},
+                                   "dark", "flat", "ambient", "occluders", "balls", NULL},
     .texts = (const char *const[]){"board.family",
                                    "camera[].photos",
                                    "camera[].intrinsics",

@@ -53,6 +53,9 @@ struct yaml_occluder {
     char *shape, *file;
     double radius, height, center[3], axis[3], size[3], rotation[3], pose[6];
 };
+struct yaml_ball {
+    double radius, radius_sigma, center[3];
+};
 struct yaml_noise {
     double black, white, gain, read_noise;
 };
@@ -73,9 +76,11 @@ struct capture_yaml {
         struct yaml_override *override;
         struct yaml_noise *noise;
         struct yaml_occluder *occluder;
+        struct yaml_ball *ball;
         char *response;
         char **dark, **flat, **ambient;
-        unsigned patches, lights, shots, overrides, darks, flats, ambients, occluders, cameras;
+        unsigned patches, lights, shots, overrides, darks, flats, ambients, occluders, balls,
+            cameras;
     } * root;
 };
 
@@ -102,6 +107,11 @@ enum status capture_check_axis(vec3 *axis, const struct capture_yaml *yaml, cons
 /** Its part of that: patches, or a capture for their place (reference_check.c). */
 enum status capture_check_reference(struct capture *capture, const struct capture_yaml *yaml,
                                     struct error *err);
+/** Its part of that: balls that show the lamps (balls_check.c). */
+enum status capture_check_balls(struct capture *capture, const struct capture_yaml *yaml,
+                                struct error *err);
+/** How well a radius is known where nothing is said, relative: a caliper gives it to that. */
+#define CAPTURE_CALIPER 0.005
 /** Its part of that: what stands in the way (occluders.c). */
 enum status capture_check_occluders(struct capture *capture, const struct capture_yaml *yaml,
                                     struct error *err);

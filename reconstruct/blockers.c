@@ -9,11 +9,22 @@
 
 #include <stdlib.h>
 
-enum status rec_blockers_make(struct blockers *blockers, const struct capture *capture,
-                              struct error *err)
+/** The balls, for which there is room. */
+static void add_balls(struct blockers *to, const struct capture *capture,
+                      const struct calibration *c)
 {
-    struct blockers made = {.blocker =
-                                calloc((size_t)capture->occluders + 1, sizeof *made.blocker)};
+    for (int i = 0; i < (c->balls ? c->balls : capture->balls); i++)
+        to->blocker[to->count++] =
+            c->balls ? (struct blocker){.center = c->ball[i].center, .radius = c->ball[i].radius}
+                     : (struct blocker){.center = capture->ball[i].center,
+                                        .radius = capture->ball[i].radius};
+}
+
+enum status rec_blockers_make(struct blockers *blockers, const struct capture *capture,
+                              const struct calibration *calibration, struct error *err)
+{
+    struct blockers made = {
+        .blocker = calloc((size_t)capture->occluders + BALLS_MAX, sizeof *made.blocker)};
     enum status status =
         made.blocker ? STATUS_OK : cap_fail(err, STATUS_MEMORY, "no memory for occluders");
     for (int i = 0; i < capture->occluders && !status; i++) {
@@ -24,6 +35,8 @@ enum status rec_blockers_make(struct blockers *blockers, const struct capture *c
         if (of->shape == OCCLUDER_MESH)
             status = cal_mesh_read(&b->mesh, of->file, 1, (pose){of->rotation, of->center}, err);
     }
+    if (!status)
+        add_balls(&made, capture, calibration);
     if (status)
         rec_blockers_free(&made);
     else
@@ -80,6 +93,13 @@ static bool meets_box(const struct blocker *b, vec3 a, vec3 step, double margin)
     return in.low <= in.high;
 }
 
+static bool meets_ball(const struct blocker *b, vec3 a, vec3 step, double margin)
+{
+    vec3 to = vec3_sub(b->center, a);
+    double along = fmin(fmax(vec3_dot(to, step) / vec3_dot(step, step), 0), 1);
+    return vec3_length(vec3_sub(to, vec3_scale(step, along))) <= b->radius + margin;
+}
+
 static bool meets_mesh(const struct blocker *b, vec3 a, vec3 step)
 {
     double length = vec3_length(step);
@@ -92,9 +112,10 @@ bool rec_blocked(const struct blockers *blockers, vec3 a, vec3 b, double margin)
     bool blocked = false;
     for (int i = 0; i < blockers->count && !blocked; i++) {
         const struct blocker *k = &blockers->blocker[i];
-        blocked = k->of->shape == OCCLUDER_CYLINDER ? meets_cylinder(k->of, a, step, margin)
-                  : k->of->shape == OCCLUDER_BOX    ? meets_box(k, a, step, margin)
-                                                    : meets_mesh(k, a, step);
+        blocked = !k->of                              ? meets_ball(k, a, step, margin)
+                  : k->of->shape == OCCLUDER_CYLINDER ? meets_cylinder(k->of, a, step, margin)
+                  : k->of->shape == OCCLUDER_BOX      ? meets_box(k, a, step, margin)
+                                                      : meets_mesh(k, a, step);
     }
     return blocked;
 }

@@ -193,7 +193,8 @@ enum status rec_reconstruct(struct summary *summary, const struct request *reque
     if (!status)
         status = rec_team_tell_calibration(&j.calibration, err);
     if (!status)
-        status = rec_team_agree(rec_blockers_make(&j.blockers, &j.capture, err), err);
+        status =
+            rec_team_agree(rec_blockers_make(&j.blockers, &j.capture, &j.calibration, err), err);
     if (!status)
         status = rec_looks(&j, err);
     rec_team_alone(j.run, true);

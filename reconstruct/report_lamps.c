@@ -21,8 +21,8 @@ static vec3 joint_direction(const struct calibration *c, const struct lamp *lamp
 }
 
 // Where a cue's name stands under its dot: those of good cues would lie on each other.
-static const double label_drop[CUES] = {0, 14, -6, -6, 26};
-static const enum ink cue_ink[CUES] = {INK_TEXT, INK_BLUE, INK_RED, INK_LAMP, INK_GREEN};
+static const double label_drop[CUES] = {0, 14, -6, -6, 26, -18};
+static const enum ink cue_ink[CUES] = {INK_TEXT, INK_BLUE, INK_RED, INK_LAMP, INK_GREEN, INK_FIT2};
 
 // Half the side of the plot, degrees: every cue's dot lies in it, and the surest one's circle.
 static double widest_shown(const struct lamp *lamp, vec3 joint)

@@ -153,6 +153,14 @@ static struct row {
      "occluders[0].size: is missing"},
     {"an occluder of no shape", "goniocam: 1\noccluders: [{shape: cone}]\n", 2,
      "'cone' is no shape"},
+    {"a ball without size", "goniocam: 1\nballs:\n- {radius: 0, center: [0, 0, 1]}\n", 3,
+     "balls[0].radius: has to be positive"},
+    {"a ball without a place", "goniocam: 1\nballs: [{radius: 3}]\n", 2, "center"},
+    {"more balls than there is room for",
+     "goniocam: 1\nballs:\n- {radius: 1, center: [0, 0, 1]}\n- {radius: 1, center: [0, 0, 1]}\n"
+     "- {radius: 1, center: [0, 0, 1]}\n- {radius: 1, center: [0, 0, 1]}\n"
+     "- {radius: 1, center: [0, 0, 1]}\n",
+     2, "at most 4"},
     {"read noise without gain", "goniocam: 1\nnoise: {read_noise: 5}\n", 2, "noise.read_noise"},
     {"white below black", "goniocam: 1\nnoise:\n  black: 128\n  white: 100\n", 4, "noise.white"},
     {"an empty list", "goniocam: 1\nlights: []\n", 2, "lights"},
@@ -217,12 +225,19 @@ static void test_values_arrive(void **state)
         "sample: {shape: cylinder, radius: 25.0, height: 90, center: [0, 0, 60], axis: [0, 1, 0]}\n"
         "lights: [{name: a, photos: x*, frame: camera}, {name: b, photos: [y*, z*],\n"
         "  position: [1, 2, 3], radius: 12}]\n"
+        "balls: [{radius: 10, center: [-50, 5, 10]}, {radius: 6, radius_sigma: 0.2, center: [1, 2, "
+        "3]}]\n"
         "noise: {black: 64, gain: 2}\n";
     struct capture capture = {0};
     struct capture_yaml yaml = {0};
     struct error err = {0};
     if (check_text(&capture, &yaml, text, &err))
         fail_msg("%s", err.text);
+    assert_int_equal(capture.balls, 2);
+    assert_near(capture.ball[0].center.x, -50, 0);
+    assert_near(capture.ball[0].radius_sigma, 0.05, 1e-12);  // a caliper's half per cent
+    assert_near(capture.ball[1].radius, 6, 0);
+    assert_near(capture.ball[1].radius_sigma, 0.2, 0);
     assert_string_equal(capture.family, "tag36h11");
     assert_int_equal(capture.tags, 2);
     assert_int_equal(capture.tag[0].id, 7);

@@ -302,7 +302,8 @@ static void test_a_turned_box_blocks(void **state)
                            .center = {10, 0, 0},
                            .size = {2, 20, 2},
                            .rotation = {0, 0, CAP_PI / 2}};
-    struct blocker blocker = {&box, cal_rotation((vec3){0, 0, -CAP_PI / 2}), NULL};
+    struct blocker blocker = {.of = &box,
+                              .box_from_world = cal_rotation((vec3){0, 0, -CAP_PI / 2})};
     struct blockers blockers = {&blocker, 1};
     vec3 below = {1, 0, -5}, above = {1, 0, 5}, beside = {-0.5, 0, 5};
     assert_true(rec_blocked(&blockers, below, above, 0));
@@ -331,6 +332,36 @@ static void test_cylinder(void **state)
     assert_false(rec_meet(&c, (vec3){0}, (vec3){0, 0, -1}).hit);
 }
 
+static void test_a_ball_blocks(void **state)
+{
+    (void)state;
+    struct blocker blocker = {.center = {10, 0, 0}, .radius = 3};
+    struct blockers blockers = {&blocker, 1};
+    vec3 below = {12, 0, -9}, above = {12, 0, 9};
+    assert_true(rec_blocked(&blockers, below, above, 0));
+    assert_false(rec_blocked(&blockers, (vec3){14, 0, -9}, (vec3){14, 0, 9}, 0.5));
+    assert_true(rec_blocked(&blockers, (vec3){14, 0, -9}, (vec3){14, 0, 9}, 1.5));
+    assert_false(rec_blocked(&blockers, (vec3){12, 0, 4}, above, 0));  // it begins beyond
+}
+
+// Balls stand where the calibration found them; one that it left out is where it was said to be.
+static void test_balls_are_where_they_were_found(void **state)
+{
+    (void)state;
+    const struct capture capture = {.ball = {{.radius = 3, .center = {10, 0, 0}}}, .balls = 1};
+    struct calibration c = {.balls = 0};
+    for (int found = 0; found < 2; found++) {
+        struct blockers blockers = {0};
+        c.balls = found;
+        c.ball[0] = (struct sample){.shape = SHAPE_SPHERE, .radius = 3.1, .center = {11, 0, 0}};
+        assert_int_equal(rec_blockers_make(&blockers, &capture, &c, NULL), STATUS_OK);
+        assert_int_equal(blockers.count, 1);
+        assert_near(blockers.blocker[0].center.x, found ? 11 : 10, 0);
+        assert_near(blockers.blocker[0].radius, found ? 3.1 : 3, 0);
+        rec_blockers_free(&blockers);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -344,6 +375,8 @@ int main(void)
         cmocka_unit_test(test_the_board_hides_what_is_behind_it),
         cmocka_unit_test(test_a_rod_hides_and_shadows),
         cmocka_unit_test(test_a_turned_box_blocks),
+        cmocka_unit_test(test_a_ball_blocks),
+        cmocka_unit_test(test_balls_are_where_they_were_found),
         cmocka_unit_test(test_cylinder),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

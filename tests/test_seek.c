@@ -1,14 +1,9 @@
 /* test_seek.c -- a sample found in painted photographs, far from where it is said to be. */
 #include "seek.h"
 
-#include "near.h"
-#include "ring.h"
+#include "painted.h"
 #include "sample_start.h"
 #include "slopes.h"
-
-#include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
 
 static const struct sample ball = {.shape = SHAPE_SPHERE, .radius = 16, .center = {1.5, -2, 38}};
 static const struct sample rod = {.shape = SHAPE_CYLINDER,
@@ -16,15 +11,6 @@ static const struct sample rod = {.shape = SHAPE_CYLINDER,
                                   .height = 44,
                                   .center = {4, -2, 36},
                                   .axis = {0.97, 0.2, 0.138}};
-
-/** Photographs in a folder of their own, and who took them. */
-struct shooting {
-    char folder[64], name[VIEWS][8];
-    struct calibration c;
-    struct camera camera;
-    struct view view[VIEWS];
-    struct run run;
-};
 
 /** Half a chessboard of dark and bright squares, its edges as clear as the sample's; night around
  *  it. */
@@ -38,62 +24,13 @@ static double ground(vec3 p)
 }
 
 /** What a ray sees: the sample, lit from one side only, before the board. */
-static double radiance_along(const struct sample *sample, vec3 eye, vec3 ray)
+static double radiance_along(const void *sample, vec3 eye, vec3 ray)
 {
     static const vec3 light = {-0.36, -0.48, 0.8};
     solid_hit hit = cal_solid_meet(sample, eye, ray);
     if (hit.s < INFINITY)
         return hit.cap ? 0.02 : fmax(0.4 * vec3_dot(hit.normal, light), 0);
     return ray.z < 0 ? ground(vec3_add(eye, vec3_scale(ray, -eye.z / ray.z))) : 0.01;
-}
-
-static void shoot(struct shooting *s, const struct sample *sample)
-{
-    enum { WIDTH = 400, HEIGHT = 300 };
-    strcpy(s->folder, "/tmp/goniocam-seek-XXXXXX");
-    make_views(&s->c, &s->camera, s->view);
-    s->run = (struct run){.threads = 2, .quiet = true};
-    assert_non_null(mkdtemp(s->folder));
-    char path[128];
-    snprintf(path, sizeof path, "%s/radiance", s->folder);
-    assert_int_equal(mkdir(path, 0777), 0);
-    struct radiance map = {.width = WIDTH, .height = HEIGHT, .channels = 3};
-    map.value = calloc(3 * WIDTH * HEIGHT, sizeof *map.value);
-    map.variance = calloc(3 * WIDTH * HEIGHT, sizeof *map.variance);
-    for (int v = 0; v < VIEWS; v++) {
-        vec3 eye = cal_eye(s->view[v].view_from_world);
-        mat3 r = cal_rotation(s->view[v].view_from_world.rotation);
-        snprintf(s->name[v], sizeof s->name[v], "view%d", v);
-        s->view[v].name = s->name[v];
-        for (int i = 0; i < WIDTH * HEIGHT; i++) {
-            double sum = 0;
-            for (int k = 0; k < 4; k++) {                              // four points of a photosite
-                double pixel[2] = {i % WIDTH + (k % 2) / 2.0 - 0.25,   // NOLINT: whole columns
-                                   i / WIDTH + (k / 2) / 2.0 - 0.25};  // NOLINT: and rows
-                sum += radiance_along(sample, eye, mat3_mul_t(&r, cal_ray(&s->camera, pixel))) / 4;
-            }
-            for (int k = 0; k < 3; k++) {
-                map.value[3 * i + k] = (float)sum;
-                map.variance[3 * i + k] = 1e-6F;
-            }
-        }
-        snprintf(path, sizeof path, "%s/radiance/view%d.exr", s->folder, v);
-        assert_int_equal(cap_radiance_write(&map, path, NULL), STATUS_OK);
-    }
-    cap_radiance_free(&map);
-}
-
-static void clear_up(struct shooting *s)
-{
-    char path[128];
-    for (int v = 0; v < VIEWS; v++) {
-        snprintf(path, sizeof path, "%s/radiance/view%d.exr", s->folder, v);
-        remove(path);
-    }
-    snprintf(path, sizeof path, "%s/radiance", s->folder);
-    remove(path);
-    remove(s->folder);
-    cap_run_end(&s->run);
 }
 
 /** The best place, from a nominal one that is off. */
@@ -115,7 +52,7 @@ static void test_a_ball_is_found_from_far_off(void **state)
     (void)state;
     static const vec3 off[] = {{-30, -35, 10}, {5, 10, 40}};
     struct shooting s;
-    shoot(&s, &ball);
+    shoot(&s, radiance_along, &ball);
     for (size_t k = 0; k < sizeof off / sizeof *off; k++) {
         struct sample from = ball;
         from.center = vec3_add(ball.center, off[k]);
@@ -133,7 +70,7 @@ static void test_a_cylinder_too_and_how_it_is_turned(void **state)
     struct shooting s;
     struct sample from = rod;
     vec3 off = {-35, 20, 15};
-    shoot(&s, &rod);
+    shoot(&s, radiance_along, &rod);
     assert_int_equal(cal_solid_move(&from, (vec3){0, 0.1, -0.12}, off, NULL), STATUS_OK);
     struct place p = best(&s, &from, 2);
     assert_int_equal(cal_solid_move(&from, p.turn, p.shift, NULL), STATUS_OK);
@@ -173,7 +110,7 @@ static void test_it_starts_where_its_outline_is(void **state)
 {
     (void)state;
     struct shooting s;
-    shoot(&s, &ball);
+    shoot(&s, radiance_along, &ball);
     assert_int_equal(start(&s, (vec3){1, -1, 1}, 1), 0);
     assert_int_equal(start(&s, (vec3){14, -9, 6}, 1), 1);    // nearby
     assert_int_equal(start(&s, (vec3){-60, 45, 20}, 1), 1);  // half the board away

@@ -65,14 +65,14 @@ struct view {
 
 /** What one kind of evidence alone says of a lamp, seen from the sample: all of it together, the
  *  shading of board and patch, the shading of the sample, the highlights on it, its shadow on the
- * board. */
-enum cue { CUE_JOINT, CUE_BOARD, CUE_SAMPLE, CUE_HIGHLIGHT, CUE_SHADOW, CUES };
+ * board, the highlights on balls beside it. */
+enum cue { CUE_JOINT, CUE_BOARD, CUE_SAMPLE, CUE_HIGHLIGHT, CUE_SHADOW, CUE_BALL, CUES };
 struct lamp_cue {
     vec3 direction;                   // unit, in the lamp's frame
     double sigma;                     // of direction, rad, each way; 0: this cue tells nothing
     double distance, sigma_distance;  // 0: it does not tell a distance
 };
-/** "joint", "board", "sample", "highlight", "shadow". */
+/** "joint", "board", "sample", "highlight", "shadow", "ball". */
 const char *cal_cue_name(enum cue cue);
 
 /** How strong a lamp is by a capture of its own: ln of its intensity (at infinity: irradiance), at
@@ -191,7 +191,8 @@ struct calibration {
     struct view *view;
     struct lamp *lamp;
     struct sample sample;
-    int cameras, views, lamps;
+    struct sample ball[BALLS_MAX];  // spheres beside it that show the lamps
+    int cameras, views, lamps, balls;
     char *family;           // of the tags, NULL: the calibration has no board
     struct board_tag *tag;  // [tags]
     int tags;

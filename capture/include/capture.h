@@ -66,6 +66,13 @@ struct sample_place {
     vec3 rotation, translation;
 };
 
+/** A ball beside the sample that shows the lamps, as a mirror does. */
+enum { BALLS_MAX = 4 };
+struct ball_place {
+    double radius, radius_sigma;  // how well the radius is known, mm
+    vec3 center;
+};
+
 /** A solid that stands in the way of light or view. A cylinder as the sample's; a box with its
  *  middle, its size along its own axes and a rotation vector; a mesh with its file's pose:
  * rotation, and the translation in center. */
@@ -153,6 +160,8 @@ struct capture {
     double tag_size;     // of tags that are in the photographs and not in the list; 0: not used
     double place_sigma;  // how well places in the list are known, mm; 0: exactly
     struct sample_place sample;
+    struct ball_place ball[BALLS_MAX];
+    int balls;
     struct patch *patch;
     struct occluder *occluder;
     int occluders;
