@@ -3,8 +3,8 @@
  * Many shots go to threads, one each; few are merged one after the other by all threads. A finished
  * map carries a hash of what it was made from, so that a second run keeps it.
  */
+#include "lessons.h"
 #include "merge_shot.h"
-#include "recover.h"
 #include "hash.h"
 
 #include <stdlib.h>
@@ -200,85 +200,6 @@ static enum status merge_all(const struct job *job, bool *usable, struct error *
     return status;
 }
 
-/* What the merge learns before it starts; [cameras] but for seconds[photos]. */
-struct lessons {
-    struct learned *learned;
-    struct frames *frames;
-    double *seconds;
-    struct ambients *ambients;  // of the shots
-};
-
-static void free_lessons(struct lessons *lessons, int cameras)
-{
-    for (int k = 0; lessons->frames && k < cameras; k++)
-        frames_free(&lessons->frames[k]);
-    ambients_free(lessons->ambients);
-    free(lessons->frames);
-    free(lessons->learned);
-    free(lessons->seconds);
-}
-
-/* OUT/response.txt, or response_CAMERA.txt: to be given as `response:` another time. */
-static enum status save_curve(const struct learned *learned, const struct capture *capture,
-                              int camera, const char *out, struct error *err)
-{
-    char *path = NULL;
-    if (asprintf(&path, capture->cameras > 1 ? "%s/response_%s.txt" : "%s/response.txt", out,
-                 capture->camera[camera].name)
-        < 0)
-        return cap_fail(err, STATUS_MEMORY, "%s", out);
-    enum status status = response_write(&learned->curve, path, err);
-    free(path);
-    return status;
-}
-
-/* Photosites by themselves. How unequal they are, a flat frame tells better. */
-static enum status find_defects(struct frames *frames, struct sensor *sensor,
-                                const struct capture *capture, int camera, const bool *left_out,
-                                struct run *run, struct error *err)
-{
-    struct defects *d = &frames->defects;
-    enum status status = defects_find(d, capture, camera, sensor, left_out, run, err);
-    for (int c = 0; c < 3 && !status && !frames->has_flat; c++)
-        sensor->relative[c] = hypot(sensor->relative[c], d->sites.relative[c]);
-    if (status || d->sites.defects == 0)
-        return status;
-    run->hot += d->hot;
-    run->dead += d->dead;
-    cap_tell(run, "%s: %d hot and %d dead photosites, found in %d views, are not used",
-             capture->camera[camera].name, d->hot, d->dead, d->views);
-    return STATUS_OK;
-}
-
-static enum status learn(struct lessons *lessons, bool *left_out, const struct capture *capture,
-                         const char *out, struct run *run, struct error *err)
-{
-    size_t cameras = (size_t)capture->cameras;
-    lessons->learned = calloc(cameras, sizeof *lessons->learned);
-    lessons->frames = calloc(cameras, sizeof *lessons->frames);
-    lessons->seconds = calloc((size_t)capture->photos, sizeof *lessons->seconds);
-    if (!lessons->learned || !lessons->frames || !lessons->seconds)
-        return cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
-    for (int i = 0; i < capture->photos; i++)
-        lessons->seconds[i] = capture->photo[i].exposure_time;
-    cap_stage(run, "levels", capture->cameras);
-    enum status status = STATUS_OK;
-    for (int k = 0; k < capture->cameras && !status; k++) {
-        status =
-            sensor_learn(&lessons->learned[k], lessons->seconds, left_out, capture, k, run, err);
-        if (!status && lessons->learned[k].recovered)
-            status = save_curve(&lessons->learned[k], capture, k, out, err);
-        if (!status)
-            status = frames_make(&lessons->frames[k], capture, &lessons->learned[k], k, err);
-        if (!status)
-            status = find_defects(&lessons->frames[k], &lessons->learned[k].sensor, capture, k,
-                                  left_out, run, err);
-    }
-    if (!status)
-        status = ambients_find(&lessons->ambients, capture, lessons->learned, left_out, run, err);
-    return status;
-}
-
 enum status cap_merge(const struct capture *capture, const char *out, struct sensor *sensor,
                       bool *usable, struct run *run, struct error *err)
 {
@@ -292,8 +213,7 @@ enum status cap_merge(const struct capture *capture, const char *out, struct sen
     if (!status)
         status = cap_make_folder(folder, err);
     photo_keep_in(status ? NULL : folder);
-    if (!status)
-        status = learn(&lessons, left_out, capture, out, run, err);
+    status = lessons_learn(&lessons, left_out, capture, out, status, run, err);
     struct job job = {.capture = capture,
                       .folder = folder,
                       .learned = lessons.learned,
@@ -311,7 +231,7 @@ enum status cap_merge(const struct capture *capture, const char *out, struct sen
     if (!status && usable)
         memcpy(usable, has_map, (size_t)capture->shots * sizeof *has_map);
     photo_forget();
-    free_lessons(&lessons, capture->cameras);
+    lessons_free(&lessons, capture->cameras);
     free(has_map);
     free(left_out);
     free(folder);

@@ -50,12 +50,21 @@ enum status rec_team_agree(enum status status, struct error *err)
     return all.status ? cap_fail(err, all.status, "%s", all.text) : STATUS_OK;
 }
 
+static void tell_all(void *team, void *data, size_t size)
+{
+    (void)team;
+    tell(data, size);
+}
+
 void rec_team_next_stage(struct run *run)
 {
     if (!rec_team)
         return;
     rec_team->next_stage(rec_team);
     run->take = rec_team->take;
+    run->tell = tell_all;
+    run->alone = rec_team_alone;
+    run->follows = !rec_leads();
     run->team = rec_team;
 }
 

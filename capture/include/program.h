@@ -119,8 +119,11 @@ struct run {
     double began;     // of the current stage
     bool bar;         // stderr is a terminal
     bool color;       // and NO_COLOR is not set
-    // Where several processes share a job: is this item of the current stage ours? NULL: all are.
-    bool (*take)(void *team, int item);
+    // Where several processes share a job; NULL: this one is alone.
+    bool (*take)(void *team, int item);                 // is this item of the current stage ours?
+    void (*tell)(void *team, void *data, size_t size);  // the leader's bytes become those of all
+    void (*alone)(struct run *run, bool begins);        // the leader works with the cores of all
+    bool follows;                                       // this one does not lead
     void *team;
 };
 
