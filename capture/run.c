@@ -16,11 +16,22 @@
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static const char clear_line[] = "\r\033[K";
 
-static double now(void)
+static double clock_of(clockid_t clock)
 {
     struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
+    clock_gettime(clock, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static double now(void)
+{
+    return clock_of(CLOCK_MONOTONIC);
+}
+
+// Of all threads: what a stage costs, whoever else is on the machine.
+static double processors_now(void)
+{
+    return clock_of(CLOCK_PROCESS_CPUTIME_ID);
 }
 
 void cap_run_begin(struct run *run, int threads, bool quiet)
@@ -133,6 +144,7 @@ static void end_stage(struct run *run)
         return;
     struct stage *stage = &run->stage[run->stages - 1];
     stage->seconds = now() - run->began;
+    stage->processor_seconds = processors_now() - run->processors_began;
     run->began = 0;
     if (!run->quiet)
         fprintf(stderr, "%s%-14s%.2f s\n", run->bar ? clear_line : "", stage->name, stage->seconds);
@@ -153,6 +165,7 @@ void cap_stage(struct run *run, const char *name, int steps)
         run->step = 0;
         run->steps = steps;
         run->began = now();
+        run->processors_began = processors_now();
         if (run->bar && !run->quiet)
             draw_bar(run);
     }

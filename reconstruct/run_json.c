@@ -16,8 +16,9 @@ static json_t *stages(const struct run *run)
 {
     json_t *list = json_array();
     for (int i = 0; i < run->stages; i++)
-        json_array_append_new(list, json_pack("{s:s, s:f}", "name", run->stage[i].name, "seconds",
-                                              run->stage[i].seconds));
+        json_array_append_new(list, json_pack("{s:s, s:f, s:f}", "name", run->stage[i].name,
+                                              "seconds", run->stage[i].seconds, "processor_seconds",
+                                              run->stage[i].processor_seconds));
     return list;
 }
 

@@ -101,7 +101,7 @@ static inline vec3 vec3_normalize(vec3 a)
 /** One stage of a run, for run.json. */
 struct stage {
     char name[32];
-    double seconds;
+    double seconds, processor_seconds;  // of the clock; of all threads of this process
 };
 
 /** The context of a command: threads, progress on stderr, warnings, timings. Begin with
@@ -115,10 +115,10 @@ struct run {
     int hot, dead;        // photosites found defective, for run.json
     struct stage *stage;  // [stages], finished ones and the current one
     int stages;
-    int step, steps;  // progress of the current stage
-    double began;     // of the current stage
-    bool bar;         // stderr is a terminal
-    bool color;       // and NO_COLOR is not set
+    int step, steps;                 // progress of the current stage
+    double began, processors_began;  // of the current stage
+    bool bar;                        // stderr is a terminal
+    bool color;                      // and NO_COLOR is not set
     // Where several processes share a job; NULL: this one is alone.
     bool (*take)(void *team, int item);                 // is this item of the current stage ours?
     void (*tell)(void *team, void *data, size_t size);  // the leader's bytes become those of all

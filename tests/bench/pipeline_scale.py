@@ -8,6 +8,7 @@ Renders the six shots of samples/tiny.yaml at 6000 x 4000, five exposures of 4^k
 --work, 1.5 GB and some minutes); more shots than six are links to them under other names. Prints
   - seconds of decoding the files alone (bench_decode) and of `goniocam reconstruct` on the same threads, and their
     ratio, of the wall's clock and of the processors' (asked: at most 2.0); where the seconds went, by stages
+    (in brackets: seconds of the processors)
   - with --ranks N: seconds of `mpirun -n N goniocam-mpi reconstruct --threads 1` beside those of one process on one
     thread (asked of 2 on two cores: 1.7 times as fast)
   - with --memory A,B: the peak memory of A and B shots (asked: at most 3 GiB and the same for 10 and 300), at --small
@@ -110,7 +111,7 @@ def main():
         print("%d shots x %d of %s, %d threads: decoding %.2f s, reconstruct %.2f s: %.2f x (processors: %.2f and %.2f s,"
               " %.2f x); peak memory %.0f MB" % (a.shots, len(EXPOSURES), a.size, a.threads, floor[0], ours[0],
                                                   ours[0] / floor[0], floor[1], ours[1], ours[1] / floor[1], ours[2]))
-        print("  " + ", ".join("%s %.2f" % (s["name"], s["seconds"]) for s in stages))
+        print("  " + ", ".join("%s %.2f (%.2f)" % (s["name"], s["seconds"], s["processor_seconds"]) for s in stages))
         if a.ranks > 1:
             one, _ = reconstruct([goniocam], a.work, folder, "--threads", "1")
             mpi = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(a.ranks), goniocam + "-mpi"]
