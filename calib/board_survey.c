@@ -121,8 +121,8 @@ static bool look_at_cell(float mean[3], const struct glow *cell, const struct ra
         if (!(pixel[0] > -0.5 && pixel[1] > -0.5 && pixel[0] < map->width - 0.5
               && pixel[1] < map->height - 0.5))
             return false;
-        float value[3], unused[3];
-        cap_radiance_at(map, (int)(pixel[0] + 0.5), (int)(pixel[1] + 0.5), value, unused);
+        float value[3];
+        cap_radiance_at(map, (int)(pixel[0] + 0.5), (int)(pixel[1] + 0.5), value, NULL);
         for (int k3 = 0; k3 < 3; k3++)
             sum[k3] += value[k3];
     }

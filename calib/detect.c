@@ -63,18 +63,21 @@ static int compare_floats(const void *a, const void *b)
 }
 
 // The radiance that 5 % of the pixels exceed: the board's white, as a rule; highlights, lamps and
-// a reference patch are fewer pixels, and may be clipped. From every 7th pixel of every 7th row.
+// a reference patch are fewer pixels, and may be clipped. From every 7th pixel of every 7th row, in
+// a large image from fewer: some 30000 pixels tell.
 static float bright_level(const struct radiance *map)
 {
-    enum { STRIDE = 7 };
-    size_t room = (size_t)(map->width / STRIDE + 1) * (size_t)(map->height / STRIDE + 1), n = 0;
+    enum { STRIDE = 7, ENOUGH = 30000 };
+    const double pixels = (double)map->width * map->height;
+    const int fewer = (int)sqrt(pixels / ENOUGH), stride = fewer > STRIDE ? fewer : STRIDE;
+    size_t room = (size_t)(map->width / stride + 1) * (size_t)(map->height / stride + 1), n = 0;
     float *level = malloc(room * sizeof *level);
     if (!level)
         return 0;
-    for (int y = 0; y < map->height; y += STRIDE)
-        for (int x = 0; x < map->width; x += STRIDE) {
-            float rgb[3], unused[3];
-            cap_radiance_at(map, x, y, rgb, unused);
+    for (int y = 0; y < map->height; y += stride)
+        for (int x = 0; x < map->width; x += stride) {
+            float rgb[3];
+            cap_radiance_at(map, x, y, rgb, NULL);
             float v = grey(rgb);
             if (isfinite(v))
                 level[n++] = v;

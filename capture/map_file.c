@@ -66,7 +66,8 @@ static void mosaic_at(const struct radiance *map, int x, int y, float value[3], 
     int own = cap_radiance_channel(map, x, y);
     for (int c = 0; c < 3; c++) {
         value[c] = c == own ? stored(map, x, y, 0) : between(map, x, y, c);
-        variance[c] = c == own ? stored(map, x, y, 1) : INFINITY;
+        if (variance)
+            variance[c] = c == own ? stored(map, x, y, 1) : INFINITY;
     }
 }
 
@@ -78,7 +79,8 @@ static void clear(const struct map_veil *veil, int x, int y, float value[3], flo
     for (int c = 0; c < 3; c++) {
         float o = (float)over[c], more = veil->doubt * o;
         value[c] = veil->left * (value[c] - o);
-        variance[c] = veil->left * veil->left * (variance[c] + more * more);
+        if (variance)
+            variance[c] = veil->left * veil->left * (variance[c] + more * more);
     }
 }
 
@@ -96,11 +98,13 @@ void cap_radiance_at(const struct radiance *map, int x, int y, float value[3], f
     } else if (map->file) {
         for (int c = 0; c < 3; c++) {
             value[c] = number(plane_at(map, y, rgb_plane[0][c], x));
-            variance[c] = number(plane_at(map, y, rgb_plane[1][c], x));
+            if (variance)
+                variance[c] = number(plane_at(map, y, rgb_plane[1][c], x));
         }
     } else {
         memcpy(value, map->value + at, 3 * sizeof *value);
-        memcpy(variance, map->variance + at, 3 * sizeof *variance);
+        if (variance)
+            memcpy(variance, map->variance + at, 3 * sizeof *variance);
     }
     if (map->file && map->file->veil.field.value)
         clear(&map->file->veil, x, y, value, variance);
@@ -125,9 +129,8 @@ void cap_radiance_row(const struct radiance *map, int y, int from, int end, floa
     }
     const bool one_by_one = *map->cfa || map->file->veil.field.value;
     for (int x = from; one_by_one && x < end; x++) {
-        float unused[3];
         int at = 3 * (x - from);
-        cap_radiance_at(map, x, y, value + at, variance ? variance + at : unused);
+        cap_radiance_at(map, x, y, value + at, variance ? variance + at : NULL);
     }
     for (int c = 0; !one_by_one && c < 3; c++) {
         copy_plane(value + c, plane_at(map, y, rgb_plane[0][c], from), end - from);

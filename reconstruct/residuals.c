@@ -59,11 +59,11 @@ static int grain_cell(const reflectance_sample *s, const vec3 frame[3])
 void rec_residual_add(struct shot_residuals *shot, const reflectance_sample *s,
                       const struct sample *sample)
 {
-    vec3 frame[3];
     if (isnan(s->residual) || s->others < SOME)
         return;
-    body_frame(sample, frame);
-    int cell[2] = {place_cell(s, sample, frame), grain_cell(s, frame)};
+    if (vec3_length(shot->frame[2]) == 0)
+        body_frame(sample, shot->frame);
+    int cell[2] = {place_cell(s, sample, shot->frame), grain_cell(s, shot->frame)};
     for (int k = 0; k < 2; k++)
         if (cell[k] >= 0) {
             int at = cell[k] + k * PLACE_CELLS;

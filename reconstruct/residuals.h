@@ -23,6 +23,7 @@ struct residuals {
 struct shot_residuals {
     double sum[PLACE_CELLS + GRAIN_CELLS], weight[PLACE_CELLS + GRAIN_CELLS];
     int count[PLACE_CELLS + GRAIN_CELLS];
+    vec3 frame[3];  // of the sample: its axis last; zeros before the first photosite
 };
 
 /** A photosite's residual; one that has none (NAN) is passed over. */

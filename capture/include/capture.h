@@ -255,7 +255,8 @@ enum status cap_radiance_read(struct radiance *map, const char *path, struct err
 /** The same, but an uncompressed map, as cap_merge() writes it, stays in the file: then value and
  *  variance are NULL, and memory and time go with the photosites that are looked at. */
 enum status cap_radiance_open(struct radiance *map, const char *path, struct error *err);
-/** Value and variance of a photosite in all three channels; of any map with channels 3. */
+/** Value and variance (which may be NULL: not asked for) of a photosite in all three channels; of
+ *  any map with channels 3. */
 void cap_radiance_at(const struct radiance *map, int x, int y, float value[3], float variance[3]);
 /** The same of the photosites from <= x < end of a row: [end - from][3]. variance may be NULL. */
 void cap_radiance_row(const struct radiance *map, int y, int from, int end, float *value,
