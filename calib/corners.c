@@ -23,11 +23,17 @@
 
 enum { WARP = 8, BLUR = 8, BLACK = 9, WHITE = 12, UNKNOWNS = 15 };
 
+// What a photosite says of the unknowns; variance 0: nothing.
+struct look {
+    double residual, variance, by[UNKNOWNS];
+};
+
 struct fit {
     struct tag_image image;
     double level[6];  // black and white: at the middle, slopes by x and y per half tag
     double middle[2], half;
     struct tag_sites sites;
+    struct look *look;  // [sites.count] at the end of the fit, which looks often; else NULL
 };
 
 // ---- one step of Gauss-Newton
@@ -49,8 +55,8 @@ static const double paper_floor = 0.01, edge_floor_px = 0.05;
 
 // Residual of a photosite, its variance, and its derivatives by the unknowns. `coarse` is a share
 // of the contrast that the residual may be off by while the pattern is not yet in place.
-static bool residual_at(const struct fit *f, const struct photosite *site, double coarse,
-                        double *residual, double *variance, double by[UNKNOWNS])
+static bool look_at(const struct fit *f, const struct photosite *site, double coarse,
+                    double *residual, double *variance, double by[UNKNOWNS])
 {
     double st[2], ds[WARP], dt[WARP];
     struct whiteness g;
@@ -75,6 +81,31 @@ static bool residual_at(const struct fit *f, const struct photosite *site, doubl
     return true;
 }
 
+// The k-th photosite's.
+static bool residual_at(const struct fit *f, int k, double coarse, double *residual,
+                        double *variance, double by[UNKNOWNS])
+{
+    if (!f->look)
+        return look_at(f, &f->sites.site[k], coarse, residual, variance, by);
+    const struct look *look = &f->look[k];
+    *residual = look->residual;
+    *variance = look->variance;
+    memcpy(by, look->by, sizeof look->by);
+    return look->variance > 0;
+}
+
+// The pattern stays where it is from here on: each photosite is looked at once more. false: no
+// memory.
+static bool look_at_all(struct fit *f)
+{
+    struct look *look = malloc((size_t)f->sites.count * sizeof *look);
+    for (int k = 0; look && k < f->sites.count; k++)
+        if (!look_at(f, &f->sites.site[k], 0, &look[k].residual, &look[k].variance, look[k].by))
+            look[k].variance = 0;
+    f->look = look;
+    return look;
+}
+
 // Residuals smaller than this many deviations keep a say (95 % efficient for Gaussian noise).
 static const double tukey = 4.685;
 
@@ -95,9 +126,8 @@ static void accumulate(struct normal *n, const struct fit *f, double coarse, dou
 {
     memset(n, 0, sizeof *n);
     for (int k = 0; k < f->sites.count; k += stride) {
-        const struct photosite *site = f->sites.site + k;
         double r, variance, by[UNKNOWNS];
-        if (!residual_at(f, site, coarse, &r, &variance, by))
+        if (!residual_at(f, k, coarse, &r, &variance, by))
             continue;
         double z2 = r * r / (variance * scale * scale);
         double w = weight(z2) / variance;
@@ -125,7 +155,7 @@ static bool fit_levels(struct fit *f)
     memset(&n, 0, sizeof n);
     for (int k = 0; k < f->sites.count; k++) {
         double r, variance, by[UNKNOWNS];
-        if (!residual_at(f, f->sites.site + k, 0, &r, &variance, by))
+        if (!residual_at(f, k, 0, &r, &variance, by))
             continue;
         for (int i = BLACK; i < UNKNOWNS; i++) {
             n.b[i] += by[i] * f->sites.site[k].value;
@@ -232,7 +262,7 @@ static double scatter_of(const struct fit *f)
     int n = 0, stride = 1 + f->sites.count / (2 * SCATTER_SITES);
     for (int k = 0; k < f->sites.count; k += stride) {
         double r, variance, by[UNKNOWNS];
-        if (residual_at(f, f->sites.site + k, 0, &r, &variance, by))
+        if (residual_at(f, k, 0, &r, &variance, by))
             z[n++] = fabs(r) / sqrt(variance);
     }
     qsort(z, (size_t)n, sizeof *z, compare_doubles);
@@ -273,7 +303,7 @@ static bool covariance_of(const struct fit *f, struct normal *n, double scale,
     double half[UNKNOWNS][UNKNOWNS], scores[UNKNOWNS][UNKNOWNS] = {0};
     for (int k = 0; k < f->sites.count; k++) {
         double r, variance, by[UNKNOWNS];
-        if (!residual_at(f, f->sites.site + k, 0, &r, &variance, by))
+        if (!residual_at(f, k, 0, &r, &variance, by))
             continue;
         double score = r * weight(r * r / (variance * scale * scale)) / variance;
         for (int i = 0; i < UNKNOWNS; i++)
@@ -315,7 +345,7 @@ static void unknowns_by_lens(const struct fit *f, const struct normal *n, double
     for (int k = 0; k < f->sites.count; k++) {
         const double *q = f->sites.site[k].q;
         double r, variance, by[UNKNOWNS], st[2], by_q[2][2], q_by[2][LENS_PARAMETERS];
-        if (!residual_at(f, f->sites.site + k, 0, &r, &variance, by)
+        if (!residual_at(f, k, 0, &r, &variance, by)
             || (by[0] == 0 && by[3] == 0))  // by the two shifts: sees no edge
             continue;
         double w = weight(r * r / (variance * scale * scale)) / variance;
@@ -350,9 +380,11 @@ static void corners_by_lens(struct tag_fit *out, const struct fit *f, const stru
 }
 
 // Corners as pixels, with their covariance.
-static bool finish(struct tag_fit *out, const struct fit *f, const struct camera *camera)
+static bool finish(struct tag_fit *out, struct fit *f, const struct camera *camera)
 {
     struct normal n;
+    if (!look_at_all(f))
+        return false;
     double scale = fmax(1, scatter_of(f)), all[UNKNOWNS][UNKNOWNS];
     double by[8][WARP], pixel_by_warp[8][WARP];
     double by_lens[LENS_PARAMETERS][UNKNOWNS];
@@ -408,5 +440,6 @@ bool corners_fit(struct tag_fit *fit, const struct tag_pattern *pattern,
         good = gather(&f, camera, map, wanted) && slide(&f);
     good = good && finish(fit, &f, camera) && trustworthy(fit, &f, start);
     tag_sites_free(&f.sites);
+    free(f.look);
     return good;
 }
