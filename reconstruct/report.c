@@ -125,26 +125,31 @@ static const struct {
     {"rig", rec_report_rig},
     {"photographs", rec_report_photographs},
     {"provenance", rec_report_provenance},
-    {"data", write_data},
     {"script", write_script},
+    {"data", write_data},
 };
 
-enum { MARKS = sizeof marks / sizeof *marks };
+enum { MARKS = sizeof marks / sizeof *marks, DATA = MARKS - 1 };
 
-// What stands in place of the marks, in memory: sections are made beside each other, the last ones,
-// which take longest, first.
+static bool write_section(char **text, int mark, const struct report *r)
+{
+    size_t size;
+    struct report section = *r;
+    section.to = open_memstream(text, &size);
+    if (section.to)
+        marks[mark].write(&section);
+    return section.to && !ferror(section.to) && fclose(section.to) == 0;
+}
+
+// What stands in place of the marks, in memory. The data takes as long as all the rest, and has
+// work for all threads by itself; the others are made beside each other, the longest, which are
+// the last ones, first.
 static bool write_sections(char *text[MARKS], const struct report *r)
 {
-    bool good = true;
+    bool good = write_section(&text[DATA], DATA, r);
 #pragma omp parallel for schedule(dynamic, 1) num_threads(r->options.threads) reduction(&& : good)
-    for (int i = MARKS - 1; i >= 0; i--) {
-        size_t size;
-        struct report section = *r;
-        section.to = open_memstream(&text[i], &size);
-        if (section.to)
-            marks[i].write(&section);
-        good = section.to && !ferror(section.to) && fclose(section.to) == 0 && good;
-    }
+    for (int i = DATA - 1; i >= 0; i--)
+        good = write_section(&text[i], i, r) && good;
     return good;
 }
 
