@@ -37,16 +37,25 @@ static void smooth_line(float *field, float *scratch, int count, ptrdiff_t strid
                 forth[i * stride + k] + back[i * stride + k] - field[i * stride + k];
 }
 
-static void smooth_circle(float *ring, float a)
+// Rings that follow each other, side by side: along a ring each value waits for the one before.
+enum { RINGS = 12 };
+_Static_assert(H *D % RINGS == 0, "all rings go in such groups");
+
+static void smooth_circles(float *ring, float a)
 {
-    float forth[P], back[P], y = 0, z = 0;
+    float x[P][RINGS], forth[P][RINGS], back[P][RINGS], y[RINGS] = {0}, z[RINGS] = {0};
+    for (int k = 0; k < RINGS; k++)
+        for (int i = 0; i < P; i++)
+            x[i][k] = ring[k * P + i];
     for (int turn = 0; turn < 2; turn++)
-        for (int i = 0; i < P; i++) {
-            forth[i] = y = ring[i] + a * y;
-            back[P - 1 - i] = z = ring[P - 1 - i] + a * z;
-        }
-    for (int i = 0; i < P; i++)
-        ring[i] = forth[i] + back[i] - ring[i];
+        for (int i = 0; i < P; i++)
+            for (int k = 0; k < RINGS; k++) {
+                forth[i][k] = y[k] = x[i][k] + a * y[k];
+                back[P - 1 - i][k] = z[k] = x[P - 1 - i][k] + a * z[k];
+            }
+    for (int k = 0; k < RINGS; k++)
+        for (int i = 0; i < P; i++)
+            ring[k * P + i] = forth[i][k] + back[i][k] - x[i][k];
 }
 
 void rec_smooth(float *field, const double length[3])
@@ -56,8 +65,8 @@ void rec_smooth(float *field, const double length[3])
     static _Thread_local float block[H * BLOCK];
     const float a_h = (float)exp(-1 / length[0]), a_d = (float)exp(-1 / length[1]);
     const float a_p = (float)exp(-1 / length[2]);
-    for (int i = 0; i < H * D; i++)
-        smooth_circle(field + (ptrdiff_t)i * P, a_p);
+    for (int i = 0; i < H * D; i += RINGS)
+        smooth_circles(field + (ptrdiff_t)i * P, a_p);
     for (int h = 0; h < H; h++)
         smooth_line(field + (ptrdiff_t)h * SLAB, scratch, D, P, P, a_d);
     for (int d = 0; d < D; d++) {
