@@ -113,8 +113,9 @@ struct study {
     double reach, scale;
     double model, strays;  // mm: the limb's bias; what edges scatter by beyond their noise
     double x[MOST], covariance[MOST][MOST];
-    double *left;  // [count]
-    vec3 *way;     // [count] unit, from the centre to the touch
+    double (*moved)[MOST];  // [views] of x, when a view is left out
+    double *left;           // [count]
+    vec3 *way;              // [count] unit, from the centre to the touch
     double cos_wide;
 };
 
@@ -150,14 +151,11 @@ static void take_left(struct study *s)
     }
 }
 
-/** Weighted least squares for a step; covariance becomes the inverse of the normal matrix, and
- *  view_g [views] the gradients. false: singular. */
-static bool step(struct study *s, double (*view_g)[MOST])
+/** The normal equations of some touches, added to h [numbers][numbers] and g [numbers]. */
+static void add_touches(double *h, double *g, const struct study *s, int first, int end)
 {
     const int n = s->numbers;
-    double h[MOST * MOST] = {0}, inverse[MOST * MOST], trace = 0;
-    memset(view_g, 0, (size_t)s->views * sizeof *view_g);
-    for (int i = 0; i < s->count; i++) {
+    for (int i = first; i < end; i++) {
         const struct touch *t = &s->touch[i];
         double f[MOST], sigma = t->sigma * s->scale;
         double w = biweight(s->left[i] / sigma) / (sigma * sigma);
@@ -165,35 +163,72 @@ static bool step(struct study *s, double (*view_g)[MOST])
         for (int a = 0; a < n; a++) {
             for (int b = 0; b < n; b++)
                 h[a * n + b] += w * f[a] * f[b];
-            view_g[t->view][a] += w * f[a] * s->left[i];
+            g[a] += w * f[a] * s->left[i];
         }
     }
+}
+
+/** The factor of h, with a ridge under it. false: singular. */
+static bool factor(double *h, int n)
+{
+    double trace = 0;
     for (int a = 0; a < n; a++)
         trace += h[a * n + a];
     for (int a = 0; a < n; a++)
         h[a * n + a] += WEAK * trace;
-    if (!dense_cholesky(n, h))
+    return dense_cholesky(n, h);
+}
+
+/** Weighted least squares for a step; covariance becomes the inverse of the normal matrix.
+ *  false: singular. */
+static bool step(struct study *s)
+{
+    const int n = s->numbers;
+    double h[MOST * MOST] = {0}, g[MOST] = {0}, inverse[MOST * MOST];
+    add_touches(h, g, s, 0, s->count);
+    if (!factor(h, n))
         return false;
     dense_inverse(n, h, inverse);
     for (int a = 0; a < n; a++)
         for (int b = 0; b < n; b++) {
             s->covariance[a][b] = inverse[a * n + b];
-            for (int v = 0; v < s->views; v++)
-                s->x[a] += inverse[a * n + b] * view_g[v][b];
+            s->x[a] += inverse[a * n + b] * g[b];
         }
     return true;
 }
 
+/** By how much the numbers would move without each of the views: (H - H_v)^-1 g_v. */
+static void leave_out(struct study *s)
+{
+    const int n = s->numbers;
+    double all[MOST * MOST] = {0}, unused[MOST] = {0};
+    add_touches(all, unused, s, 0, s->count);
+    for (int first = 0, end; first < s->count; first = end) {
+        const int view = s->touch[first].view;
+        double h[MOST * MOST] = {0}, g[MOST] = {0};
+        for (end = first; end < s->count && s->touch[end].view == view;)
+            end++;
+        add_touches(h, g, s, first, end);
+        for (int i = 0; i < n * n; i++)
+            h[i] = all[i] - h[i];
+        if (!factor(h, n))
+            continue;  // no other view tells: see VIEWS_ENOUGH
+        dense_solve(n, h, g);
+        memcpy(s->moved[view], g, sizeof g);
+    }
+}
+
 /** Robust fit of all patterns at once. false: the touches do not tell them. */
-static bool fit(struct study *s, double (*view_g)[MOST], double *work)
+static bool fit(struct study *s, double *work)
 {
     for (int round = 0; round < ROUNDS; round++) {
         take_left(s);
         s->scale = robust_scale(s, work);
-        if (!step(s, view_g))
+        if (!step(s))
             return false;
     }
     take_left(s);
+    leave_out(s);
     double noise = 0;
     for (int i = 0; i < s->count; i++)
         noise += s->touch[i].sigma / s->count;
@@ -201,26 +236,26 @@ static bool fit(struct study *s, double (*view_g)[MOST], double *work)
     return true;
 }
 
-/** Standard deviation of the pattern f (0 outside it): formal, or what views scatter by. */
-static double sigma_of(const struct study *s, const double f[MOST], double (*view_g)[MOST])
+/** Standard deviation of the pattern f (0 outside it): formal, or by the jackknife over views. */
+static double sigma_of(const struct study *s, const double f[MOST])
 {
-    double formal = 0, scatter = 0, row[MOST] = {0};
+    double formal = 0, scatter = 0;
     int seen = 0;
-    for (int a = 0; a < s->numbers; a++) {
+    for (int a = 0; a < s->numbers; a++)
         for (int b = 0; b < s->numbers; b++)
-            row[a] += s->covariance[a][b] * f[b];
-        formal += row[a] * f[a];
-    }
+            formal += f[a] * s->covariance[a][b] * f[b];
     for (int v = 0; v < s->views; v++) {
         double moved = 0, any = 0;
         for (int a = 0; a < s->numbers; a++) {
-            moved += row[a] * view_g[v][a];
-            any += fabs(view_g[v][a]);
+            moved += f[a] * s->moved[v][a];
+            any += fabs(s->moved[v][a]);
         }
         scatter += moved * moved;
         seen += any > 0;
     }
-    double variance = fmax(formal, scatter * seen / fmax(seen - 1, 1));
+    double variance = formal;
+    if (seen >= VIEWS_ENOUGH)
+        variance = fmax(formal, scatter * (seen - 1) / seen);
     return sqrt(variance + s->model * s->model + s->strays * s->strays);
 }
 
@@ -233,8 +268,7 @@ static void keep_larger(struct misfit *best, const struct misfit *m, double reac
 }
 
 /** The extremes of one pattern over the touches. */
-static void try_group(struct misfit *best, const struct study *s, const struct group *g,
-                      double (*view_g)[MOST])
+static void try_group(struct misfit *best, const struct study *s, const struct group *g)
 {
     struct misfit m = {.pattern = g->name};
     double f[MOST], largest[MOST] = {0};
@@ -256,7 +290,7 @@ static void try_group(struct misfit *best, const struct study *s, const struct g
             m.least = vec3_normalize(s->touch[i].arm);
         }
     }
-    m.sigma = sigma_of(s, largest, view_g);
+    m.sigma = sigma_of(s, largest);
     keep_larger(best, &m, s->reach);
 }
 
@@ -363,10 +397,10 @@ enum status cal_shape_check(struct misfit *misfit, const struct sample *sample,
                       .scale = 1,
                       .cos_wide = cos(ABOUT)};
     double f[MOST], *work = calloc((size_t)count, sizeof *work);
-    double(*view_g)[MOST] = calloc((size_t)views, sizeof *view_g);
+    s.moved = calloc((size_t)views, sizeof *s.moved);
     s.left = calloc((size_t)count, sizeof *s.left);
     s.way = calloc((size_t)count, sizeof *s.way);
-    enum status status = work && view_g && s.left && s.way
+    enum status status = work && s.moved && s.left && s.way
                              ? STATUS_OK
                              : cap_fail(err, STATUS_MEMORY, "%d edges", count);
     for (int i = 0; i < count; i++) {
@@ -376,14 +410,14 @@ enum status cal_shape_check(struct misfit *misfit, const struct sample *sample,
             s.way[i] = vec3_normalize(touch[i].arm);
     }
     s.numbers = patterns_at(f, &touch[0], sample, s.reach);
-    if (!status && fit(&s, view_g, work)) {
+    if (!status && fit(&s, work)) {
         for (const struct group *g = groups_of(sample->shape); g->name; g++)
-            try_group(misfit, &s, g, view_g);
+            try_group(misfit, &s, g);
         if (!misfit->pattern)
             try_places(misfit, &s);
     }
     free(work);
-    free(view_g);
+    free(s.moved);
     free(s.left);
     free(s.way);
     return status;
