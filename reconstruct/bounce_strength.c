@@ -14,6 +14,7 @@
 #include <math.h>
 
 enum { SHOTS_MIN = 4 };
+static const double MODEL = 0.05;  // what cells leave of the light's pattern: calib/board_light.c
 static const double LEAST =
     1e-3;  // strength: with none at all there would be nothing to tell it by
 
@@ -67,4 +68,12 @@ bool rec_trend_strength(const struct bounce_trend *trend, double used, bounce_st
         return false;
     *seen = (bounce_strength){fmax(used + d, LEAST), sigma};
     return true;
+}
+
+double rec_trend_sigma(const struct bounce_trend *trend, double used)
+{
+    double d, sigma;
+    if (!slope(trend, &d, &sigma))
+        return INFINITY;
+    return sqrt(d * d + sigma * sigma + MODEL * MODEL * used * used);
 }

@@ -31,4 +31,9 @@ typedef struct {
  *  0. false: too few shots tell. Requires used > 0. */
 bool rec_trend_strength(const struct bounce_trend *trend, double used, bounce_strength *seen);
 
+/** The standard deviation of a strength `used`, by how well the samples agree: what they say is
+ *  missing, the sigma of that, and what is wrong with the light that grows with nothing they tell
+ *  of. INFINITY: too few shots tell. */
+double rec_trend_sigma(const struct bounce_trend *trend, double used);
+
 #endif

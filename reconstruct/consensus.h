@@ -26,6 +26,7 @@ struct consensus {
     // Of the board's light that was taken out of the bins, and that is from the samples.
     double strength, new_strength;
     double bounce_scatter;  // 1 sigma of a photosite's bounced light, relative to that light
+    double bounce_caution;  // 1 sigma of all of it, as it was before samples were compared
 };
 
 /** One photosite's f and its variance, as in reflectance_sample. */

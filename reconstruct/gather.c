@@ -169,6 +169,7 @@ static enum status add_shot(struct harvest *h, const struct gathering *g, int vi
     v.blockers = g->blockers;
     v.bounce = &bounce;
     v.bounce_scatter = g->consensus ? g->consensus->bounce_scatter : 0;
+    v.bounce_caution = fmax(v.bounce_sigma, g->consensus ? g->consensus->bounce_caution : 0);
     int64_t used = h->census.photosites[FATE_USED];
     if (!status)
         status = add_strips(h, g, &v, &map, box, err);

@@ -5,7 +5,7 @@
  *           the sample, each look also predicts that light through the table that the look before
  *           it found, filled by the best fit, and takes it out: until no bin changes by more than
  *           a part of its sigma. Whether it is there at all, where calib could not see it,
- *           the samples tell (bounce_strength.c).
+ *           the samples tell (bounce_strength.c), and how well it is known.
  */
 #include "looks.h"
 
@@ -19,6 +19,7 @@
 
 enum { LOOKS_MAX = 5 };
 static const double DOUBTFUL = 0.5, SURE = 3;  // strength of the board's light; sigmas
+static const double SHARPER = 0.9;             // a sigma less than this part is worth a look
 static const double SETTLED = 0.25;            // of a bin's sigma: 95 % of the bins change by less
 
 static enum status gather(struct job *j, const char *stage, const struct consensus *consensus,
@@ -100,7 +101,7 @@ static enum status make_table(struct lookup **table, const struct job *j, struct
 // The leader's: what the bins say. The fit stays where it is in j->fits: the consensus is relative
 // to it.
 static enum status learn(struct job *j, struct consensus *consensus, const double strength[2],
-                         struct error *err)
+                         double caution, struct error *err)
 {
     enum status status;
     rec_consensus_free(consensus);
@@ -116,6 +117,7 @@ static enum status learn(struct job *j, struct consensus *consensus, const doubl
     rec_bins_align(&j->bins, &j->fits.fit[0]);
     rec_bins_widen(&j->bins, &j->fits.fit[0]);
     status = rec_consensus_make(consensus, &j->bins, &j->fits.fit[0], strength, j->run, err);
+    consensus->bounce_caution = caution;
     if (!status && board_shines(j))
         status = make_table(&consensus->table, j, err);
     return status;
@@ -159,6 +161,18 @@ static bool weigh_board(struct job *j)
     return changed;
 }
 
+// Calib's sigma is of what it could not see, the lobe's peak among it. Samples from all sides of
+// the board may show that less is wrong. true: much less.
+static bool trust_board(struct job *j)
+{
+    struct surroundings *s = &j->calibration.surroundings;
+    const double sigma = rec_trend_sigma(&j->census.trend, s->strength);
+    if (!(sigma < SHARPER * s->sigma_strength))
+        return false;
+    s->sigma_strength = sigma;
+    return true;
+}
+
 static void tell_board(struct job *j)
 {
     struct surroundings *s = &j->calibration.surroundings;
@@ -170,17 +184,20 @@ static void tell_board(struct job *j)
 
 // The leader's: learn from the last look, and is another one needed?
 static enum status study(struct job *j, struct consensus *consensus, struct bins *before, int look,
-                         bool *more, struct error *err)
+                         double caution, bool *more, struct error *err)
 {
     double strength[2] = {j->calibration.surroundings.strength};
-    const bool changed = look > 0 && board_shines(j) && weigh_board(j);
+    const bool compared = look > 0 && board_shines(j);
+    bool changed = compared && weigh_board(j);
+    if (compared && !changed)
+        changed = trust_board(j);
     *more =
         look == 0
         || (look < LOOKS_MAX && board_shines(j) && (changed || change(before, &j->bins) > SETTLED));
     if (!*more)
         return STATUS_OK;
     strength[1] = j->calibration.surroundings.strength;
-    enum status status = learn(j, consensus, strength, err);
+    enum status status = learn(j, consensus, strength, caution, err);
     rec_bins_free(before);
     *before = j->bins;
     j->bins = (struct bins){0};
@@ -204,11 +221,13 @@ enum status rec_looks(struct job *j, struct error *err)
     struct fit fit;
     struct bins before = {0};
     bool more = true, kept = false, lit = board_shines(j);
+    const struct surroundings *s = &j->calibration.surroundings;
+    const double caution = s->strength > 0 ? s->sigma_strength / s->strength : 0;
     enum status status = look(j, NULL, false, err);
     for (int k = 0; !status && more; k++) {
         rec_team_alone(j->run, true);
         if (rec_leads())
-            status = study(j, &consensus, &before, k, &more, err);
+            status = study(j, &consensus, &before, k, caution, &more, err);
         rec_team_alone(j->run, false);
         status = rec_team_agree(status, err);
         rec_team_tell(&more, sizeof more);

@@ -220,12 +220,13 @@ WIDE static void weigh(struct strip *s, const struct columns *around, double bou
 }
 
 // A glossy sample shows the board in its mirror direction, brighter than what the lamp makes of the
-// place itself. What is left after such a subtraction is no measurement of f.
-static void find_bounced(struct strip *s, double bounce_sigma)
+// place itself. What is left after such a subtraction is no measurement of f. Samples agree on that
+// light as a whole, not on what a mirror shows: of caution, they take nothing.
+static void find_bounced(struct strip *s, double caution)
 {
     const double most = 0.3;  // 1 sigma of f by the subtraction alone
     for (int i = 0; i < LANES; i++) {
-        double sigma2 = bounce_sigma * bounce_sigma + s->doubt[i] * s->doubt[i];
+        double sigma2 = caution * caution + s->doubt[i] * s->doubt[i];
         double sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];
         double bounced = s->channel[i] < 0 ? sum / 3 : sum;
         if (s->fate[i] == FATE_USED && sigma2 * bounced * bounced > most * most)
@@ -272,7 +273,7 @@ void rec_strip_make(struct strip *s, const struct viewing *v, const struct radia
     rec_strip_errors(s, v);
     read_strip(s, v, map);
     if (v->bounce)
-        find_bounced(s, v->bounce_sigma);
+        find_bounced(s, v->bounce_caution);
     weigh_strip(s, v, map);
     find_strays(s, v->consensus);
 }

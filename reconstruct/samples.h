@@ -67,6 +67,7 @@ struct viewing {
     double dimming;    // 1 sigma of ln(light), besides lamp_spread's
     double lamp_spread[4][4];  // covariance of the lamp's position (direction) and ln intensity
     double bounce_sigma;       // of the bounced light, relative: shared by all photosites
+    double bounce_caution;     // as much of it as it was before samples were compared
     double bounce_scatter;     // likewise, of each photosite's own, besides what cells hide
 };
 

@@ -204,6 +204,7 @@ enum status rec_team_tell_consensus(struct consensus *consensus, struct fit *fit
         snprintf(model, sizeof model, "%s", fit->model->name);
     }
     tell(&c.bounce_scatter, sizeof c.bounce_scatter);
+    tell(&c.bounce_caution, sizeof c.bounce_caution);
     tell(fit, sizeof *fit);
     tell(model, sizeof model);
     fit->model = rec_model_find(model);

@@ -77,6 +77,7 @@ struct viewing rec_viewing(const struct calibration *calibration, int view,
     v.shake = sigma * fmin(1, height / distance);
     const struct surroundings *around = &calibration->surroundings;
     v.bounce_sigma = around->strength > 0 ? around->sigma_strength / around->strength : 0;
+    v.bounce_caution = v.bounce_sigma;
     return v;
 }
 

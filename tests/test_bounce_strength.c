@@ -74,6 +74,17 @@ static void test_never_quite_none(void **state)
     assert_true(seen.strength > 0 && seen.strength < 0.01);
 }
 
+// As much as is missing, and the model's 5 % of what was used: nothing where few shots tell.
+static void test_sigma_of_what_was_used(void **state)
+{
+    (void)state;
+    struct bounce_trend right = shoot(0, 12, 7), wrong = shoot(-0.2, 12, 8), few = shoot(0, 3, 1);
+    assert_near(rec_trend_sigma(&right, 1), 0.05, 0.005);
+    assert_near(rec_trend_sigma(&right, 0.5), 0.025, 0.01);
+    assert_near(rec_trend_sigma(&wrong, 1), hypot(0.2, 0.05), 0.015);
+    assert_true(isinf(rec_trend_sigma(&few, 1)));
+}
+
 static void test_order_does_not_matter(void **state)
 {
     (void)state;
@@ -86,9 +97,8 @@ static void test_order_does_not_matter(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_strength_is_found),
-        cmocka_unit_test(test_few_shots_tell_nothing),
-        cmocka_unit_test(test_never_quite_none),
+        cmocka_unit_test(test_strength_is_found),     cmocka_unit_test(test_few_shots_tell_nothing),
+        cmocka_unit_test(test_never_quite_none),      cmocka_unit_test(test_sigma_of_what_was_used),
         cmocka_unit_test(test_order_does_not_matter),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
