@@ -2,9 +2,10 @@
  *
  * Method.   The sum over thousands of cells of the board, by a table where one is known and by
  *           cal_bounce() before that, is smooth over the sample: it is taken on a grid of a
- *           fortieth of the sample's box, finer for a narrow lobe, and interpolated. Near a ball's
- *           outline, where it rises with Fresnel's term, the grid is one of azimuth about the
- *           ball's middle and of cos_o; on other shapes it is taken at the photosite there.
+ *           fortieth of the sample's box, finer for a narrow lobe and where it bends
+ *           (bounce_grid.c), down to photosites. Near a ball's outline, where it rises with
+ *           Fresnel's term, the grid is one of azimuth about the ball's middle and of cos_o; on
+ *           other shapes it is taken at the photosite there.
  */
 #include "bounce_map.h"
 
@@ -14,42 +15,56 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { GRID = 40, GRID_MAX = 100, TURNS = 96, RINGS = 36 };
+enum { GRID = 40, GRID_MAX = 100, TURNS = 96, RINGS = 36, CUTS_MAX = 8 };
 static const double GRID_GLOSS = 3;  // over the lobe's half width: nodes across the sample
-static const double GRAZING = 0.35;  // cosine below which the grid of pixels has no nodes
-// Cosine up to which the grid near the outline reaches: past every cell of pixels that GRAZING
-// cuts.
-static const double REACH = 0.55;
+// Cosine below which the grid of pixels has no nodes; on a ball, it has them further out, for
+// bends, and the grid near the outline takes over at NEAR, and reaches past it for the same reason.
+static const double GRAZING = 0.35, GRAZING_BALL = 0.03, NEAR = 0.45, REACH = 0.55;
 
-enum node_state { NODE_UNKNOWN, NODE_GOOD, NODE_OFF };
-struct bounce_node {
-    enum node_state state;
-    struct bounced_light light;
-};
+// Light that an f of 0.1 % reflectance makes of the lamp's: below it nobody asks.
+static double faint_light(const struct viewing *v)
+{
+    double falloff, sum = v->light[0] + v->light[1] + v->light[2];
+    cal_lamp_way(v->lamp, v->view->view_from_world, v->sample->center, &falloff);
+    return 1e-3 / CAP_PI * sum * falloff;
+}
+
+static bounce_source pixel_source, rim_source;
+
+static bool begin_grids(struct bounce_map *m)
+{
+    const pixel_box box = m->box;
+    const int across = box.x1 - box.x0 > box.y1 - box.y0 ? box.x1 - box.x0 : box.y1 - box.y0;
+    int grid = GRID;
+    if (m->viewing->table) {  // what a narrow lobe mirrors changes faster
+        m->through = rec_bounce_through(m->viewing->table);
+        grid = (int)fmin(GRID_MAX, fmax(GRID, GRID_GLOSS / m->through.gloss));
+    }
+    m->step = 1 + across / grid;
+    const int cuts_max = m->through.table ? CUTS_MAX : 1;  // a first guess is not worth more
+    m->pixels = (struct bounce_grid){.columns = (box.x1 - box.x0) / m->step + 2,
+                                     .rows = (box.y1 - box.y0) / m->step + 2,
+                                     .cuts_max = m->step < cuts_max ? m->step : cuts_max,
+                                     .faint = faint_light(m->viewing),
+                                     .source = pixel_source};
+    m->rim = (struct bounce_grid){.columns = TURNS * grid / GRID,
+                                  .rows = RINGS + 1,
+                                  .around = true,
+                                  .cuts_max = cuts_max,
+                                  .faint = m->pixels.faint,
+                                  .source = rim_source};
+    return rec_grid_begin(&m->pixels) && rec_grid_begin(&m->rim);
+}
 
 enum status rec_bounce_make(struct bounce_map *map, const struct calibration *calibration, int view,
                             const struct viewing *viewing, pixel_box box, struct error *err)
 {
     struct bounce_map m = {
         .calibration = calibration, .viewing = viewing, .view = view, .box = box};
-    const int across = box.x1 - box.x0 > box.y1 - box.y0 ? box.x1 - box.x0 : box.y1 - box.y0;
-    m.turns = TURNS;
-    if (calibration->surroundings.count && calibration->surroundings.strength > 0) {
-        int grid = GRID;
-        if (viewing->table) {  // what a narrow lobe mirrors changes faster
-            m.through = rec_bounce_through(viewing->table);
-            grid = (int)fmin(GRID_MAX, fmax(GRID, GRID_GLOSS / m.through.gloss));
-        }
-        m.turns = TURNS * grid / GRID;
-        m.step = 1 + across / grid;
-        m.columns = (box.x1 - box.x0) / m.step + 2;
-        m.rows = (box.y1 - box.y0) / m.step + 2;
-        m.node = calloc((size_t)m.columns * (size_t)m.rows, sizeof *m.node);
-        m.rim = calloc((size_t)m.turns * (RINGS + 1), sizeof *m.rim);
-        if (!m.node || !m.rim) {
-            rec_bounce_free(&m);
-            return cap_fail(err, STATUS_MEMORY, "%d x %d bounced nodes", m.columns, m.rows);
-        }
+    if (calibration->surroundings.count && calibration->surroundings.strength > 0
+        && !begin_grids(&m)) {
+        rec_bounce_free(&m);
+        return cap_fail(err, STATUS_MEMORY, "the board's light in view %s", viewing->view->name);
     }
     *map = m;
     return STATUS_OK;
@@ -57,8 +72,8 @@ enum status rec_bounce_make(struct bounce_map *map, const struct calibration *ca
 
 void rec_bounce_free(struct bounce_map *map)
 {
-    free(map->node);
-    free(map->rim);
+    rec_grid_free(&map->pixels);
+    rec_grid_free(&map->rim);
     *map = (struct bounce_map){0};
 }
 
@@ -78,20 +93,19 @@ static struct bounced_light bounce(const struct bounce_map *m, vec3 point, vec3 
     return light;
 }
 
-/** The node (i, j), computed when it is first asked for. */
-static const struct bounce_node *node_at(struct bounce_map *m, int i, int j)
+// A place of the grid of pixels, in steps.
+static bool pixel_source(const void *of, double u, double v, struct bounced_light *light)
 {
-    struct bounce_node *node = &m->node[(size_t)j * (size_t)m->columns + (size_t)i];
-    if (node->state != NODE_UNKNOWN)
-        return node;
-    const double pixel[2] = {m->box.x0 + (double)i * m->step, m->box.y0 + (double)j * m->step};
-    const struct viewing *v = m->viewing;
-    vec3 ray = mat3_mul_t(&v->view_from_world, cal_ray(v->camera, pixel));
-    meeting at = rec_meet(v->sample, v->eye, ray);
-    node->state = at.hit && -vec3_dot(at.normal, ray) > GRAZING ? NODE_GOOD : NODE_OFF;
-    if (node->state == NODE_GOOD)
-        node->light = bounce(m, at.point, at.normal, vec3_scale(ray, -1));
-    return node;
+    const struct bounce_map *m = of;
+    const struct viewing *viewing = m->viewing;
+    const double pixel[2] = {m->box.x0 + u * m->step, m->box.y0 + v * m->step};
+    vec3 ray = mat3_mul_t(&viewing->view_from_world, cal_ray(viewing->camera, pixel));
+    meeting at = rec_meet(viewing->sample, viewing->eye, ray);
+    const double least = viewing->sample->shape == SHAPE_SPHERE ? GRAZING_BALL : GRAZING;
+    if (!at.hit || !(-vec3_dot(at.normal, ray) > least))
+        return false;
+    *light = bounce(m, at.point, at.normal, vec3_scale(ray, -1));
+    return true;
 }
 
 // The eye from a ball's middle: z, and two directions across. Its length is returned.
@@ -106,68 +120,43 @@ static double rim_frame(const struct viewing *v, vec3 frame[3])
     return distance;
 }
 
-// The node of a turn and a ring: where the sight line leaves the ball at theta_o, which is the
-// angle of n from the eye's direction plus that at the eye (law of sines).
-static const struct bounce_node *rim_at(struct bounce_map *m, int turn, int ring)
+// A place of the grid near the outline, by turn and ring: where the sight line leaves the ball at
+// theta_o, which is the angle of n from the eye's direction plus that at the eye (law of sines).
+static bool rim_source(const void *of, double turn, double ring, struct bounced_light *light)
 {
-    struct bounce_node *node = &m->rim[turn * (RINGS + 1) + ring];
-    if (node->state != NODE_UNKNOWN)
-        return node;
+    const struct bounce_map *m = of;
     const struct viewing *v = m->viewing;
     vec3 f[3];
     double distance = rim_frame(v, f), theta_o = acos(REACH * fmax(ring, 0.01) / RINGS);
     double off = theta_o - asin(v->sample->radius / distance * sin(theta_o));
-    double a = 2 * CAP_PI * turn / m->turns;
+    double a = 2 * CAP_PI * turn / m->rim.columns;
     vec3 n = vec3_add(
         vec3_scale(f[2], cos(off)),
         vec3_scale(vec3_add(vec3_scale(f[0], cos(a)), vec3_scale(f[1], sin(a))), sin(off)));
     vec3 point = vec3_add(v->sample->center, vec3_scale(n, v->sample->radius));
-    node->light = bounce(m, point, n, vec3_normalize(vec3_sub(v->eye, point)));
-    node->state = NODE_GOOD;
-    return node;
+    *light = bounce(m, point, n, vec3_normalize(vec3_sub(v->eye, point)));
+    return true;
 }
 
-static void add_part(struct bounced_light *to, const struct bounce_node *node, double weight)
+static bool bounce_near_rim(struct bounce_map *m, const sight *a, struct bounced_light *light)
 {
-    for (int c = 0; c < 3; c++)
-        to->radiance[c] += weight * node->light.radiance[c];
-    to->doubt += weight * node->light.doubt;
-}
-
-static struct bounced_light bounce_near_rim(struct bounce_map *m, const sight *a)
-{
-    struct bounced_light light = {{0}, 0};
-    const int turns = m->turns;
     vec3 f[3];
     rim_frame(m->viewing, f);
-    double turn =
-        atan2(vec3_dot(a->normal, f[1]), vec3_dot(a->normal, f[0])) / (2 * CAP_PI) * turns;
+    double turn = atan2(vec3_dot(a->normal, f[1]), vec3_dot(a->normal, f[0])) / (2 * CAP_PI);
     double ring = vec3_dot(a->normal, a->wo) / REACH * RINGS;
-    int i = (int)floor(turn), j = (int)fmin(floor(ring), RINGS - 1);
-    double s = turn - i, t = ring - j;
-    const double weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
-    for (int k = 0; k < 4; k++)
-        add_part(&light, rim_at(m, (i + (k & 1) + 2 * turns) % turns, j + (k >> 1)), weight[k]);
-    return light;
+    return rec_grid_at(&m->rim, turn * m->rim.columns, ring, light);
 }
 
 struct bounced_light rec_bounce_at(struct bounce_map *m, const sight *a, int x, int y)
 {
     struct bounced_light light = {{0}, 0};
-    if (!m->node)
+    if (!m->pixels.node)
         return light;
-    int i = (x - m->box.x0) / m->step, j = (y - m->box.y0) / m->step;
-    double s = (double)(x - m->box.x0) / m->step - i, t = (double)(y - m->box.y0) / m->step - j;
-    const double weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
-    for (int k = 0; k < 4; k++) {
-        const struct bounce_node *node = node_at(m, i + (k & 1), j + (k >> 1));
-        if (node->state == NODE_OFF) {
-            double cos_o = vec3_dot(a->normal, a->wo);
-            bool ball = m->viewing->sample->shape == SHAPE_SPHERE;
-            return ball && cos_o > 0 && cos_o < REACH ? bounce_near_rim(m, a)
-                                                      : bounce(m, a->point, a->normal, a->wo);
-        }
-        add_part(&light, node, weight[k]);
-    }
-    return light;
+    m->pixels.of = m->rim.of = m;
+    double u = (double)(x - m->box.x0) / m->step, v = (double)(y - m->box.y0) / m->step;
+    double cos_o = vec3_dot(a->normal, a->wo);
+    bool near = m->viewing->sample->shape == SHAPE_SPHERE && cos_o > 0 && cos_o < NEAR;
+    if (near ? bounce_near_rim(m, a, &light) : rec_grid_at(&m->pixels, u, v, &light))
+        return light;
+    return bounce(m, a->point, a->normal, a->wo);
 }

@@ -2,18 +2,17 @@
 #ifndef GONIOCAM_BOUNCE_MAP_H
 #define GONIOCAM_BOUNCE_MAP_H
 
-#include "bounce_sum.h"
+#include "bounce_grid.h"
 
 /** Bounced radiance of one view on a grid of pixels, filled where it is asked for. For one thread.
- *  Owns node and rim; {0} is empty; rec_bounce_free(). */
+ *  Owns the grids; {0} is empty; rec_bounce_free(). */
 struct bounce_map {
     const struct calibration *calibration;
     const struct viewing *viewing;
     struct bounce_through through;  // table NULL: calib's first guess serves
-    int view, step, columns, rows, turns;
+    int view, step;                 // step: of the grid of pixels
     pixel_box box;
-    struct bounce_node *node;  // [rows][columns]
-    struct bounce_node *rim;   // near a ball's outline: [turns][rings + 1]
+    struct bounce_grid pixels, rim;  // rim: near a ball's outline, by turn and ring
 };
 
 /** An empty map over the box. Where the calibration knows of no surroundings it gives 0. */

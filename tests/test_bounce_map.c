@@ -137,6 +137,48 @@ static void test_a_sheet_lights_a_ball(void **state)
     free_scene(s);
 }
 
+// What a narrow lobe mirrors of the sheet and its edge changes within a few photosites: the map
+// between its nodes is the sum at each photosite, to 1 % of it where an f of 0.1 % reflectance
+// would be seen beside it.
+static void test_the_edge_of_a_sheet_in_a_narrow_lobe(void **state)
+{
+    (void)state;
+    struct scene *s = make_scene();
+    const struct brdf glossy = {.model = rec_model_find("ggx"),
+                                .value = {0.02, 0.02, 0.02, 0.1, 1.5}};
+    rec_lookup_free(s->table);
+    s->table = table_of(&glossy);
+    for (int c = 0; c < 3; c++)
+        s->lamp.intensity[c] = 1e4;
+    struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    struct bounce_map map;
+    int compared = 0;
+    v.table = s->table;
+    assert_int_equal(rec_bounce_make(&map, &s->calibration, 0, &v, rec_sample_box(&v), NULL),
+                     STATUS_OK);
+    for (int y = map.box.y0; y < map.box.y1; y++)
+        for (int x = map.box.x0; x < map.box.x1; x++) {
+            double pixel[2] = {x, y};
+            vec3 ray = mat3_mul_t(&v.view_from_world, cal_ray(&s->camera, pixel));
+            meeting m = rec_meet(v.sample, v.eye, ray);
+            if (!m.hit)
+                continue;
+            sight a = {.point = m.point, .normal = m.normal, .wo = vec3_scale(ray, -1)};
+            const struct bounced_light light = rec_bounce_at(&map, &a, x, y);
+            const struct bounced_light due =
+                rec_bounce_sum(&map.through, s->calibration.surroundings.glow, CELLS * CELLS,
+                               m.point, m.normal, a.wo);
+            double radiance = due.radiance[0] * 1.25 * 0.8;
+            // 1e4 / 660^2 of irradiance, 1e-3 / pi of f.
+            double faint = 1e-3 / CAP_PI * 1e4 / (660.0 * 660.0);
+            assert_near(light.radiance[0], radiance, 0.01 * (radiance + faint));
+            compared += radiance > 10 * faint;
+        }
+    assert_true(compared > 1000);
+    rec_bounce_free(&map);
+    free_scene(s);
+}
+
 static void test_no_surroundings_no_light(void **state)
 {
     (void)state;
@@ -256,6 +298,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_sheet_lights_a_ball),
+        cmocka_unit_test(test_the_edge_of_a_sheet_in_a_narrow_lobe),
         cmocka_unit_test(test_no_surroundings_no_light),
         cmocka_unit_test(test_too_much_of_it_is_no_measurement),
         cmocka_unit_test(test_cells_wider_than_the_lobe),
