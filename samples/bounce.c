@@ -6,8 +6,8 @@
  *           the cells shine with it. What the board sends to the ball,
  *               L(p -> eye) = sum over directions of f(wi, wo) B cos(theta_i) dw,
  *           in rings about the mirror direction, lies on a grid of normals of the sphere. Between
- *           grid points both are linear. The post stands in the way; light that the post, things
- *           or a patch's sides reflect is left out.
+ *           grid points the former is linear, the latter cubic. The post stands in the way; light
+ *           that the post, things or a patch's sides reflect is left out.
  * Accuracy. Cells and grids are finer than the blur of a lobe of width 0.1 some 50 mm away, and the
  *           test against the closed form of a wide, even board holds to 1e-3. What a mirror would
  *           show of the board is blurred to cells and to the grid.
@@ -293,6 +293,40 @@ void sam_bounce_free(struct bounce *bounce)
     *bounce = (struct bounce){0};
 }
 
+/** A node of the sample's map, the row beyond the pole's being the first across it. */
+static const double *sample_node(const struct bounce *bounce, int row, int column)
+{
+    if (row < 0) {
+        row = -row;
+        column += BOUNCE_PHI / 2;
+    }
+    column = (column + BOUNCE_PHI) % BOUNCE_PHI;
+    return &bounce->on_sample[3 * (row * BOUNCE_PHI + column)];
+}
+
+/** Cubic between the nodes of a row. */
+static void along_row(const struct bounce *bounce, int row, int column, const double weight[4],
+                      double rgb[3])
+{
+    for (int c = 0; c < 3; c++)
+        rgb[c] = 0;
+    for (int k = 0; k < 4; k++) {
+        const double *node = sample_node(bounce, row, column + k - 1);
+        for (int c = 0; c < 3; c++)
+            rgb[c] += weight[k] * node[c];
+    }
+}
+
+// R. Keys, "Cubic Convolution Interpolation for Digital Image Processing", IEEE Transactions on
+// ASSP 29, 1981: weights of four nodes in a row, at t from the second to the third.
+static void cubic(double weight[4], double t)
+{
+    weight[0] = t * (-0.5 + t * (1 - 0.5 * t));
+    weight[1] = 1 + t * t * (-2.5 + 1.5 * t);
+    weight[2] = t * (0.5 + t * (2 - 1.5 * t));
+    weight[3] = t * t * (-0.5 + 0.5 * t);
+}
+
 static void look_up_sample(const struct bounce *bounce, vec3 n, double rgb[3])
 {
     double nx = vec3_dot(n, bounce->x), ny = vec3_dot(n, bounce->y), nz = vec3_dot(n, bounce->z);
@@ -300,8 +334,20 @@ static void look_up_sample(const struct bounce *bounce, vec3 n, double rgb[3])
     double phi = atan2(ny, nx) / (2 * CAP_PI);
     phi = (phi < 0 ? phi + 1 : phi) * BOUNCE_PHI;
     int row = (int)fmin(floor(theta), BOUNCE_THETA - 2), column = (int)phi % BOUNCE_PHI;
-    interpolate(bounce->on_sample, BOUNCE_PHI, row, column, (column + 1) % BOUNCE_PHI,
-                fmin(theta - row, 1), phi - floor(phi), rgb);
+    double across[4], along[4], nodes[4][3];
+    cubic(across, fmin(theta - row, 1));
+    cubic(along, phi - floor(phi));
+    for (int k = 0; k < 4; k++)
+        if (row + k - 1 < BOUNCE_THETA)
+            along_row(bounce, row + k - 1, column, along, nodes[k]);
+    for (int c = 0; c < 3; c++) {
+        if (row + 2 == BOUNCE_THETA)  // none beyond the limb: on as straight as before it
+            nodes[3][c] = 2 * nodes[2][c] - nodes[1][c];
+        rgb[c] = 0;
+        for (int k = 0; k < 4; k++)
+            rgb[c] += across[k] * nodes[k][c];
+        rgb[c] = fmax(rgb[c], 0);
+    }
 }
 
 void sam_bounce_add(const struct bounce *bounce, const struct spot *spot, double rgb[3])

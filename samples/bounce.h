@@ -16,7 +16,7 @@ struct bounce {
     double x0, y0, step;
 };
 
-enum { BOUNCE_THETA = 64, BOUNCE_PHI = 128 };
+enum { BOUNCE_THETA = 64, BOUNCE_PHI = 160 };
 
 /** Both maps of a shot; the view must outlive them. The sample is a sphere. STATUS_MEMORY. */
 enum status sam_bounce_build(struct bounce *bounce, const struct shot_view *view, int threads,
