@@ -1,5 +1,6 @@
 /* calibrate.c -- the order of calibration: geometry, glare, sample, lamps, pictures. */
 #include "balls.h"
+#include "board_light.h"
 #include "cues.h"
 #include "glare_ink.h"
 #include "lamp.h"
@@ -9,6 +10,7 @@
 #include "sphere.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -118,5 +120,54 @@ enum status cal_calibrate(struct calibration *calibration, const struct capture 
         cal_calibration_free(&c);
     else
         *calibration = c;
+    return status;
+}
+
+// Tags that a calibration measured must be where it projects those of the board.
+static bool same_board(const struct calibration *c, const struct capture *board)
+{
+    const double far_px = 5;
+    for (int v = 0; v < c->views; v++)
+        for (int t = 0; t < c->view[v].tags; t++)
+            for (int k = 0; k < board->tags; k++) {
+                const struct seen_tag *seen = &c->view[v].tag[t];
+                double pixel[2];
+                if (board->tag[k].id != seen->id)
+                    continue;
+                vec3 corner = cap_tag_corner(&board->tag[k], 0);
+                vec3 p = cal_to_view(c->view[v].view_from_world, corner);
+                if (p.z <= 0)
+                    return false;
+                cal_project(&c->camera[c->view[v].camera], p, pixel);
+                if (hypot(pixel[0] - seen->corner[0][0], pixel[1] - seen->corner[0][1]) > far_px)
+                    return false;
+            }
+    return true;
+}
+
+enum status cal_look_around(struct calibration *calibration, const struct capture *capture,
+                            const char *out, struct run *run, struct error *err)
+{
+    struct board_survey survey = {0};
+    struct tag_place *own = calloc((size_t)calibration->tags + 1, sizeof *own);
+    if (!own)
+        return cap_fail(err, STATUS_MEMORY, "%d tags", calibration->tags);
+    const struct capture board =
+        calibration->tags ? with_board(capture, own, calibration) : *capture;
+    const struct facets none = {0};
+    enum status status = STATUS_OK;
+    if (board.tags > 0 && !same_board(calibration, &board)) {
+        cap_warn(run, "the calibration's world is not the board's: what light the board throws on "
+                      "the sample is not known");
+    } else if (board.tags > 0) {
+        cap_stage(run, "board", 0);
+        status = cal_board_survey(&survey, calibration, &board, out, run, err);
+        if (!status)
+            status = cal_board_light(calibration, &survey, run, err);
+        if (!status)
+            status = cal_board_light_strength(calibration, &none, run, err);
+    }
+    cal_board_survey_free(&survey);
+    free(own);
     return status;
 }

@@ -187,7 +187,8 @@ static enum status study(struct job *j, struct consensus *consensus, struct bins
                          double caution, bool *more, struct error *err)
 {
     double strength[2] = {j->calibration.surroundings.strength};
-    const bool compared = look > 0 && board_shines(j);
+    // The bins that samples were compared with had that light taken out as the samples had.
+    const bool compared = look > (j->calibration.surroundings.has_lobe ? 0 : 1) && board_shines(j);
     bool changed = compared && weigh_board(j);
     if (compared && !changed)
         changed = trust_board(j);

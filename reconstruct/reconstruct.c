@@ -41,6 +41,8 @@ static enum status calibrate(struct job *j, struct error *err)
         status = cal_calibration_read(&j->calibration, j->calibration_file, err);
         if (!status)
             status = keep_views_with_maps(j, err);
+        if (!status && j->calibration.sample.shape != SHAPE_NONE)
+            status = cal_look_around(&j->calibration, &j->capture, j->out, j->run, err);
     } else {
         status = cal_calibrate(&j->calibration, &j->capture, j->out, j->usable, j->run, err);
     }

@@ -32,6 +32,7 @@ script_test(mpi)
 script_test(srun)
 set_tests_properties(whole/identical whole/mpi whole/srun PROPERTIES LABELS slow)  # not under sanitizers
 script_test(infinity)
+script_test(given_board)
 script_test(samples_file)
 script_test(bulb)
 script_test(flaws)

@@ -260,6 +260,12 @@ enum status cal_check(struct calibration *held, struct camera_check **check,
 enum status cal_calibrate(struct calibration *calibration, const struct capture *capture,
                           const char *out, const bool *usable, struct run *run, struct error *err);
 
+/** What the board shines on the sample of a calibration that was read from a file: surroundings, by
+ *  OUT/radiance/SHOT.exr, at the strength that geometry says, told by nothing yet and without a
+ *  lobe. None where neither capture.yaml nor the file places tags. STATUS_IO, STATUS_MEMORY. */
+enum status cal_look_around(struct calibration *calibration, const struct capture *capture,
+                            const char *out, struct run *run, struct error *err);
+
 /** The share of light that the lens spread over the image and that is taken off, of the view that
  *  had most of it, with its standard deviation; 0 where there is none. */
 void cal_glare_of(const struct calibration *calibration, double *share, double *sigma);
