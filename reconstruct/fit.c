@@ -21,6 +21,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const double POOR = 2;
 enum { WANTED = 5000, WANTED_PICTURE = 20000, COARSE = 500 };
 
 // A fit under way.
@@ -281,10 +282,22 @@ enum status rec_fit_by(struct fits *fits, const struct bins *bins, enum fit_cost
     return status;
 }
 
+// What no bin measures is filled by the best fit, also the grazing angles under which the lit board
+// is mirrored: where the few models err by POOR times what the bins do, it is worth some seconds.
 enum status rec_fit(struct fits *fits, const struct bins *bins, const struct model *const *models,
                     int count, struct run *run, struct error *err)
 {
-    return rec_fit_by(fits, bins, FIT_STATISTICAL, models, count, run, err);
+    enum status status = rec_fit_by(fits, bins, FIT_STATISTICAL, models, count, run, err);
+    if (status || models || fits->fit[0].chi < POOR)
+        return status;
+    struct fits more = {0};
+    int all = 0;
+    while (rec_models_more[all])
+        all++;
+    status = rec_fit_by(&more, bins, FIT_STATISTICAL, rec_models_more, all, run, err);
+    rec_fits_free(fits);
+    *fits = more;
+    return status;
 }
 
 static enum status fit_one_again(struct fit *fit, const struct fit_point *points,

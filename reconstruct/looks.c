@@ -98,14 +98,17 @@ static enum status make_table(struct lookup **table, const struct job *j, struct
     return status;
 }
 
-// The leader's: what the bins say. The fit stays where it is in j->fits: the consensus is relative
-// to it.
+// The leader's: what the bins of a look say. The fit stays where it is in j->fits: the consensus is
+// relative to it.
 static enum status learn(struct job *j, struct consensus *consensus, const double strength[2],
-                         double caution, struct error *err)
+                         double caution, int look, struct error *err)
 {
     enum status status;
     rec_consensus_free(consensus);
     cap_stage(j->run, "fit", 0);
+    // Bins that hold the board's light may ask for another model than f alone.
+    if (look == 1)
+        rec_fits_free(&j->fits);
     if (j->fits.count > 0) {
         rec_bins_align(&j->bins, &j->fits.fit[0]);
         status = rec_fit_again(&j->fits, &j->bins, j->run, err);
@@ -198,7 +201,7 @@ static enum status study(struct job *j, struct consensus *consensus, struct bins
     if (!*more)
         return STATUS_OK;
     strength[1] = j->calibration.surroundings.strength;
-    enum status status = learn(j, consensus, strength, caution, err);
+    enum status status = learn(j, consensus, strength, caution, look, err);
     rec_bins_free(before);
     *before = j->bins;
     j->bins = (struct bins){0};

@@ -8,6 +8,11 @@ const struct model *const rec_models[] = {
     &rec_model_lambert, &rec_model_ggx, &rec_model_ggx_schlick, &rec_model_beckmann_schlick, NULL,
 };
 
+const struct model *const rec_models_more[] = {
+    &rec_model_lambert, &rec_model_ggx, &rec_model_ggx_schlick, &rec_model_beckmann_schlick,
+    &rec_model_ggx2,    &rec_model_abc, &rec_model_sgd,         NULL,
+};
+
 const struct model *const rec_models_all[] = {
     &rec_model_lambert,
     &rec_model_oren_nayar,

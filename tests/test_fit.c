@@ -204,6 +204,35 @@ static void test_sgd(void **state)
     rec_fits_free(&fits);
 }
 
+// Gold metallic paint of the published parameters: none of the few models that are tried first
+// fits, and what no bin measures would be wrong by tens of per cent. Its own is found without being
+// asked for; a material that one of the few fits stays with them.
+static void test_more_models_where_the_few_err(void **state)
+{
+    (void)state;
+    const double paint[] = {0.0178625, 0.00995704,  0.00335044,  0.17127,     0.120714,
+                            0.115473,  0.127954,    0.127825,    0.109623,    0.781093,
+                            0.795517,  0.661313,    1.00776e-12, 1.22243e-15, 6.18432e-13,
+                            -1,        -1,          -0.334497,   2.7548,      2.7057,
+                            2.94348,   9.46481e-08, 1.06951e-07, 1.10733e-07, 23.8811,
+                            23.9059,   24.2972,     -0.303345,   -0.293778,   -0.267019};
+    const double plastic[] = {0.3, 0.09, 0.06, 0.12, 1.5};
+    struct fits fits = fitted("sgd", paint, 0.01);
+    assert_string_equal(fits.fit[0].model->name, "sgd");
+    assert_true(fits.fit[0].chi < 1.2 && fits.count > 4);
+    double f[3], true_f[3];
+    vec3 wi, wo;
+    rec_directions((half_diff){0.1, 1.3, 0.4}, &wi, &wo);
+    fits.fit[0].model->eval(fits.fit[0].value, wi, wo, f);
+    rec_model_find("sgd")->eval(paint, wi, wo, true_f);
+    for (int c = 0; c < 3; c++)
+        assert_near(f[c], true_f[c], 0.1 * true_f[c]);
+    rec_fits_free(&fits);
+    fits = fitted("ggx", plastic, 0.01);
+    assert_int_equal(fits.count, 4);
+    rec_fits_free(&fits);
+}
+
 static void test_a_shape_in_each_channel(void **state)
 {
     (void)state;
@@ -314,6 +343,7 @@ int main(void)
         cmocka_unit_test(test_every_cost_finds_the_truth),
         cmocka_unit_test(test_two_lobes),
         cmocka_unit_test(test_sgd),
+        cmocka_unit_test(test_more_models_where_the_few_err),
         cmocka_unit_test(test_a_shape_in_each_channel),
         cmocka_unit_test(test_sigmas_are_true_at_1_percent),
         cmocka_unit_test(test_sigmas_are_true_at_3_percent),

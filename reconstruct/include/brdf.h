@@ -117,8 +117,10 @@ struct model {
     /** The lobes that directions are drawn from, for light from wi (lobes.h); returns how many. */
     int (*lobes)(const double *parameters, vec3 wi, struct lobe *lobe);
 };
-/** The few models that a reconstruction tries; all models. Each ends with NULL. */
+/** The few models that a reconstruction tries; those, and the costlier ones that it tries where
+ * none of the few fits; all models. Each ends with NULL. */
 extern const struct model *const rec_models[];
+extern const struct model *const rec_models_more[];
 extern const struct model *const rec_models_all[];
 /** The model that has a shape of its own in each channel, "NAME_rgb" (method: per_channel.c); the
  *  model itself where it has one already. */

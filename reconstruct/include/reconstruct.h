@@ -86,10 +86,11 @@ struct fits {
     int count;
 };
 
-/** Fit models ([count], NULL: all of rec_models, the few that a reconstruction tries) to the
- * measured bins, at their centroids, and rank them by their error on bins that the fit did not see
- * (method: fit.c), by the statistical cost. On success the caller owns *fits. STATUS_DATA: too few
- * bins; STATUS_SOLVER, STATUS_MEMORY. */
+/** Fit models ([count], NULL: all of rec_models, the few that a reconstruction tries, and where
+ * the best of them is far from the bins all of rec_models_more) to the measured bins, at their
+ * centroids, and rank them by their error on bins that the fit did not see (method: fit.c), by the
+ * statistical cost. On success the caller owns *fits. STATUS_DATA: too few bins; STATUS_SOLVER,
+ * STATUS_MEMORY. */
 enum status rec_fit(struct fits *fits, const struct bins *bins, const struct model *const *models,
                     int count, struct run *run, struct error *err);
 /** The same, with a cost of one's choice. */
