@@ -10,7 +10,6 @@
 struct exr_header {
     int width, height, channels;  // channels 3, or 1 with cfa
     const char *cfa, *inputs, *make, *model, *times;
-    bool past_cache;  // memory will not hold this and its fellows: the page cache is no use
 };
 
 /** A map under construction, row by row. */

@@ -5,18 +5,17 @@
  * longer than the merge. A row is packed by whichever thread made it, and only copied out in order.
  */
 #include "exr_library.h"
-#include "long_file.h"
 
-#include <errno.h>
+#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static const char inputs_attribute[] = "goniocam:inputs";
 
 struct exr_writer {
     struct atomic_file file;
-    struct long_file *bytes;
-    struct error story;  // OpenEXR's; its text is what OpenEXR knows this writer by
+    struct error story;
     exr_context_t exr;
     struct exr_header header;
     int row;
@@ -61,22 +60,16 @@ static exr_result_t write_header(exr_context_t file, const struct exr_header *he
     return result ? result : exr_write_header(file);
 }
 
-/* OpenEXR's bytes go to the long file. */
-static int64_t write_bytes(exr_const_context_t exr, void *text, const void *buffer, uint64_t size,
-                           uint64_t offset, exr_stream_error_func_ptr_t fail_with)
+/* Tell the file system how long the file will be: it finds room at once instead of page by page.
+ * One that cannot will find it later. */
+static void reserve(const char *path, const struct exr_header *header)
 {
-    const struct exr_writer *writer =
-        (const void *)((const char *)text - offsetof(struct exr_writer, story.text));
-    if (long_file_write(writer->bytes, buffer, size, offset))
-        return (int64_t)size;
-    fail_with(exr, EXR_ERR_WRITE_IO, "%s", strerror(errno));
-    return -1;
-}
-
-// Numbers, and of each line its leader and its place in the table; the header is small.
-static uint64_t size_of(const struct exr_header *header)
-{
-    return ((uint64_t)exr_line_size(header) + 16) * (uint64_t)header->height;
+    off_t line = (off_t)exr_line_size(header) + 16;  // with its place in the table, and its leader
+    int fd = open(path, O_WRONLY | O_CLOEXEC);
+    if (fd < 0)
+        return;
+    (void)fallocate(fd, FALLOC_FL_KEEP_SIZE, 0, line * header->height);
+    close(fd);
 }
 
 enum status exr_begin(struct exr_writer **writer, const char *path, const struct exr_header *header,
@@ -92,13 +85,10 @@ enum status exr_begin(struct exr_writer **writer, const char *path, const struct
     }
     made->header = *header;
     exr_context_initializer_t init = exr_initializer(&made->story);
-    init.write_fn = write_bytes;
-    made->bytes = long_file_begin(made->file.aside, size_of(header), header->past_cache);
-    if (!made->bytes)
-        snprintf(made->story.text, sizeof made->story.text, "%s", strerror(errno));
     exr_result_t result =
-        made->bytes ? exr_start_write(&made->exr, made->file.aside, EXR_WRITE_FILE_DIRECTLY, &init)
-                    : EXR_ERR_FILE_ACCESS;
+        exr_start_write(&made->exr, made->file.aside, EXR_WRITE_FILE_DIRECTLY, &init);
+    if (!result)
+        reserve(made->file.aside, header);
     if (!result)
         result = write_header(made->exr, header);
     if (!result) {
@@ -151,10 +141,6 @@ enum status exr_end(struct exr_writer *writer, bool keep, struct error *err)
         return STATUS_OK;
     enum status status = STATUS_OK;
     exr_result_t result = writer->exr ? exr_finish(&writer->exr) : EXR_ERR_SUCCESS;
-    if (!long_file_end(writer->bytes, keep && !result) && !result) {
-        result = EXR_ERR_WRITE_IO;
-        snprintf(writer->story.text, sizeof writer->story.text, "%s", strerror(errno));
-    }
     if (keep && result)
         status = fail(writer, result, err);
     if (keep && !status)

@@ -17,7 +17,6 @@ struct job {
     struct ambients *ambients;      // of the shots; NULL: none
     bool *left_out;                 // [photos]: damaged, or moved against the rest of its shot
     int threads;                    // for the rows of one shot
-    bool past_cache;                // of the maps' files: exr.h
     struct run *run;
 };
 

@@ -9,7 +9,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 // Part of every map's identity: a change of the method makes the maps anew.
 static const char method[] = "merge 9";
@@ -106,8 +105,7 @@ static enum status write_map(const char *path, const char *inputs, const struct 
                                     .inputs = inputs,
                                     .make = first->make,
                                     .model = first->model,
-                                    .times = times,
-                                    .past_cache = job->past_cache};
+                                    .times = times};
         int bad = -1;
         enum status status = times ? merge_shot_rows(path, &header, job, shot, &bad, err)
                                    : cap_fail(err, STATUS_MEMORY, "%s", shot->name);
@@ -157,17 +155,6 @@ static int threads_a_shot(const struct capture *capture, const struct run *run)
     enum { SHOTS_A_THREAD = 4 };
     bool many = capture->shots >= SHOTS_A_THREAD * run->threads && !*capture->photo[0].cfa;
     return many ? 1 : run->threads;
-}
-
-/* Are the maps more than half of this machine's memory? Beside them it holds photographs. */
-static bool maps_overflow(const struct capture *capture)
-{
-    double bytes = 0, memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE);
-    for (int s = 0; s < capture->shots; s++) {
-        const struct photo *first = &capture->photo[capture->shot[s].photo[0]];
-        bytes += 2.0 * sizeof(float) * first->channels * first->width * first->height;
-    }
-    return bytes > memory / 2;
 }
 
 static enum status merge_all(const struct job *job, bool *usable, struct error *err)
@@ -222,7 +209,6 @@ enum status cap_merge(const struct capture *capture, const char *out, struct sen
                       .ambients = lessons.ambients,
                       .left_out = left_out,
                       .threads = threads_a_shot(capture, run),
-                      .past_cache = maps_overflow(capture),
                       .run = run};
     if (!status)
         status = merge_all(&job, has_map, err);

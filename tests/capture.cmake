@@ -1,5 +1,4 @@
 brdf_test(capture exr)
-brdf_test(capture long_file)
 brdf_test(capture photo)
 brdf_test(capture shots)
 brdf_test(capture capture_yaml)
