@@ -135,6 +135,15 @@ static enum status stand_at(struct stand *stand, const struct attempt *a, const 
     return status == STATUS_DATA ? STATUS_OK : status;
 }
 
+/** Is a place to be taken for another that was found before it? Where neither shows an outline for
+ *  sure, a little better is no reason. */
+static bool better(const struct stand *a, const struct stand *before)
+{
+    if (a->sure != before->sure)
+        return a->sure;
+    return (a->sure ? 1 : PROMISING) * a->score > fmax(before->score, 0);
+}
+
 /** Seek the sample around its nominal place. *stand: the best that is known, before and after. */
 static enum status seek_within(struct stand *stand, const struct attempt *a,
                                const struct seek *seek, const struct sample *nominal, double extent,
@@ -149,7 +158,7 @@ static enum status seek_within(struct stand *stand, const struct attempt *a,
     for (int k = 0; k < places && !status && place[k].score > PROMISING * place[0].score; k++) {
         struct stand other;
         status = stand_at(&other, a, seek, nominal, &place[k], err);
-        if (!status && other.score > fmax(stand->score, 0))
+        if (!status && better(&other, stand))
             *stand = other;
     }
     return status;

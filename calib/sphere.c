@@ -355,8 +355,8 @@ static enum status pass(double *moved, struct edge **edges, int *count, struct c
     return status;
 }
 
-/** A coarse pass. *sure: its edges are those of an outline. */
-static enum status coarse_pass(bool *sure, double *moved, struct calibration *c,
+/** A coarse pass. *stray: what its edges scatter by, a part of the search. */
+static enum status coarse_pass(double *stray, double *moved, struct calibration *c,
                                const struct sample_place *nominal, const char *out, double search,
                                double radius_sigma, struct run *run, struct error *err)
 {
@@ -364,7 +364,7 @@ static enum status coarse_pass(bool *sure, double *moved, struct calibration *c,
     int count;
     enum status status =
         pass(moved, &edges, &count, c, nominal, out, search, false, radius_sigma, run, err);
-    *sure = !status && c->sample.outline_rms_px < STRAYING * search;
+    *stray = status ? INFINITY : c->sample.outline_rms_px / search;
     free(edges);
     return status;
 }
@@ -378,14 +378,21 @@ enum status cal_sphere_start(bool *sure, struct calibration *c, const struct cap
     const double px = pixels_per_mm(c), radius = nominal->radius, given = nominal->radius_sigma;
     const double search[] = {fmax(px * fmax(0.15 * radius, 2.5 * given), 8), 5, 5};
     const double sigma = given > TRUSTED * radius ? given : 0;
-    double moved = DBL_MAX;
+    double moved = DBL_MAX, stray = INFINITY;
     enum status status = STATUS_OK;
-    *sure = false;
     for (int k = 0; k < 3 && moved >= 1.5 && !status; k++)
-        status = coarse_pass(sure, &moved, c, nominal, out, search[k], sigma, run, err);
-    if (!status && !*sure)  // with another radius, perhaps
-        status = coarse_pass(sure, &moved, c, nominal, out, fmax(px * 2 * MISTAKEN * radius, 5),
+        status = coarse_pass(&stray, &moved, c, nominal, out, search[k], sigma, run, err);
+    if (!status && stray >= STRAYING) {  // with another radius, perhaps
+        const struct sample before = c->sample;
+        const double least = 0.5 * stray;  // a little better is what freedom does to anything
+        status = coarse_pass(&stray, &moved, c, nominal, out, fmax(px * 2 * MISTAKEN * radius, 5),
                              fmax(given, MISTAKEN * radius), run, err);
+        if (!status && stray >= least) {
+            c->sample = before;
+            stray = INFINITY;
+        }
+    }
+    *sure = !status && stray < STRAYING;
     return status;
 }
 
