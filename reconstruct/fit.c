@@ -21,7 +21,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double POOR = 2;
+static const double POOR = 2;  // chi of the best of the few models: another is worth a try
 enum { WANTED = 5000, WANTED_PICTURE = 20000, COARSE = 500 };
 
 // A fit under way.

@@ -17,15 +17,9 @@ import yaml
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import given
+import limits
 import truth as T
-
-failed = 0
-
-
-def check(what, value, limit):
-    global failed
-    failed += not value <= limit
-    print("%-44s %10.4g  (limit %g)%s" % (what, value, limit, "" if value <= limit else "  FAILED"))
+from limits import check
 
 
 def main():
@@ -47,11 +41,11 @@ def main():
             with open(at("out/run.json")) as f:
                 strength = json.load(f)["interreflection"]["strength"]
             print(name)
-            check("  bins, median %", 100 * np.median(np.abs(error)), 0.8)
-            check("  bins, 95 %", 100 * np.quantile(np.abs(error), 0.95), 3)
-            check("  share of bins beyond 2 sigma", (np.abs(z) > 2).mean(), 0.07)
-            check("  error of the light's strength", abs(strength - bounces), 0.05)
-    sys.exit(1 if failed else 0)
+            check("  bins, median %", 100 * np.median(np.abs(error)), 0, 0.8)
+            check("  bins, 95 %", 100 * np.quantile(np.abs(error), 0.95), 0, 3)
+            check("  share of bins beyond 2 sigma", (np.abs(z) > 2).mean(), 0, 0.07)
+            check("  error of the light's strength", abs(strength - bounces), 0, 0.05)
+    sys.exit(1 if limits.failed else 0)
 
 
 if __name__ == "__main__":
