@@ -2,11 +2,12 @@
  * to at most 800 pixels a side: to see at a glance that nothing went wrong costs little. */
 #include "overlay.h"
 
+#include "balls.h"
+#include "contour.h"
+#include "overlay_photograph.h"
 #include "view_map.h"
 
-#include <cairo.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { LONGEST = 800 };
 // Residuals are drawn this many times longer: 0.02 px make 4 px on the photograph.
@@ -18,91 +19,6 @@ struct canvas {
     cairo_t *cr;
     int reduced;
 };
-
-// ---- the photograph
-
-static int compare_floats(const void *a, const void *b)
-{
-    float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
-// The level that 2 % of the values exceed becomes white.
-static float white_level(const struct radiance *map)
-{
-    enum { ENOUGH = 20000 };
-    size_t values = 3 * (size_t)map->width * (size_t)map->height, n = 0;
-    const size_t stride = 3 * (values / (3 * ENOUGH)) + 1;  // all channels take part
-    float *v = malloc((values / stride + 1) * sizeof *v), white = 0;
-    for (size_t i = 0; v && i < values; i += stride) {
-        float value[3];
-        size_t at = i / 3, width = (size_t)map->width;
-        cap_radiance_at(map, (int)(at % width), (int)(at / width), value, NULL);
-        if (isfinite(value[i % 3]))
-            v[n++] = value[i % 3];
-    }
-    if (v && n > 0) {
-        qsort(v, n, sizeof *v, compare_floats);
-        white = v[n - 1 - n / 50];
-    }
-    free(v);
-    return white > 0 ? white : 1;
-}
-
-// A gamma of 2.2 is near enough to sRGB for a look.
-static uint32_t display_value(float level)
-{
-    return (uint32_t)(255 * powf(fminf(fmaxf(level, 0), 1), 1 / 2.2f) + 0.5f);
-}
-
-// The rows of a strip of blocks of n x n pixels, of which three by three tell enough.
-enum { TELLING = 3 };
-struct strip {
-    float *row[TELLING];  // [width][3]
-    int rows, step;
-};
-
-// Mean of a block, as a display value.
-static uint32_t display_pixel(const struct strip *strip, int x0, int n, float white)
-{
-    float sum[3] = {0}, count = 0;
-    for (int k = 0; k < strip->rows; k++)
-        for (int x = x0; x < x0 + n; x += strip->step, count++)
-            for (int c = 0; c < 3; c++) {
-                float value = strip->row[k][3 * (size_t)x + (size_t)c];
-                sum[c] += isfinite(value) ? value : 0;
-            }
-    uint32_t rgb = 0;
-    for (int c = 0; c < 3; c++)
-        rgb = rgb << 8 | display_value(sum[c] / (count * white));
-    return rgb;
-}
-
-static bool paint_photograph(cairo_surface_t *surface, const struct radiance *map, int n)
-{
-    const size_t line = 3 * (size_t)map->width;
-    struct strip strip = {.step = (n + TELLING - 1) / TELLING};
-    float *rows = malloc(TELLING * line * sizeof *rows), white = white_level(map);
-    if (!rows)
-        return false;
-    for (int k = 0; k < TELLING; k++)
-        strip.row[k] = rows + (size_t)k * line;
-    unsigned char *data = cairo_image_surface_get_data(surface);
-    int stride = cairo_image_surface_get_stride(surface);
-    cairo_surface_flush(surface);
-    for (int y = 0; y < map->height / n; y++) {
-        strip.rows = 0;
-        for (int k = 0; k < n; k += strip.step)
-            cap_radiance_row(map, y * n + k, 0, map->width, strip.row[strip.rows++], NULL);
-        for (int x = 0; x < map->width / n; x++) {
-            uint32_t rgb = display_pixel(&strip, x * n, n, white);
-            memcpy(data + (size_t)y * (size_t)stride + 4 * (size_t)x, &rgb, sizeof rgb);
-        }
-    }
-    cairo_surface_mark_dirty(surface);
-    free(rows);
-    return true;
-}
 
 // ---- what is drawn on it
 
@@ -171,6 +87,26 @@ static void draw_circle(const struct canvas *c, const struct camera *camera, vec
     stroke(c, 0.2, 0.6, 1);
 }
 
+/** A mesh shows its outline where the photograph is searched for it. */
+static void draw_contour(const struct canvas *c, const struct camera *camera,
+                         const struct view *view, const struct sample *s)
+{
+    struct contour_point *point = NULL;
+    struct error why = {0};
+    int count = 0;
+    if (cal_contour(&point, &count, s, camera, view, &why))
+        return;  // a picture without it tells more than none
+    for (int i = 0; i < count; i++) {
+        to(c, point[i].pixel, false);
+        to(c, point[i].pixel, true);
+    }
+    cairo_set_line_cap(c->cr, CAIRO_LINE_CAP_ROUND);
+    cairo_set_line_width(c->cr, 2);
+    stroke(c, 0.2, 0.6, 1);
+    cairo_set_line_width(c->cr, 1);
+    free(point);
+}
+
 // A sphere's outline is the circle where rays from the eye touch it; a cylinder shows its rims.
 static void draw_sample(const struct canvas *c, const struct camera *camera,
                         const struct view *view, const struct sample *s)
@@ -186,7 +122,24 @@ static void draw_sample(const struct canvas *c, const struct camera *camera,
         vec3 axis = vec3_normalize(mat3_mul(&r, s->axis)), half = vec3_scale(axis, s->height / 2);
         draw_circle(c, camera, vec3_add(center, half), axis, s->radius);
         draw_circle(c, camera, vec3_sub(center, half), axis, s->radius);
+    } else {
+        draw_contour(c, camera, view, s);
     }
+}
+
+/** A ring where a highlight was seen. */
+static void draw_seen_highlight(const struct canvas *c, const struct camera *camera,
+                                const struct view *view, const struct seen_highlight *seen)
+{
+    const vec3 p = cal_to_view(view->view_from_world, seen->point);
+    double pixel[2];
+    if (!(p.z > 0))
+        return;
+    cal_project(camera, p, pixel);
+    cairo_new_sub_path(c->cr);
+    cairo_arc(c->cr, (pixel[0] + 0.5) / c->reduced, (pixel[1] + 0.5) / c->reduced, 4, 0,
+              2 * CAP_PI);
+    stroke(c, 1, 0.5, 0);
 }
 
 // Where a sphere mirrors the lamp into the camera: the normal halves the angle between them. The
@@ -236,16 +189,40 @@ static void draw_caption(const struct canvas *c, const struct view *view)
     }
 }
 
+/** Of the sample, when it is a sphere, and of the balls: where each was seen to mirror the lamp,
+ *  and where it should. */
+static void draw_highlights(const struct canvas *canvas, const struct calibration *c,
+                            const struct view *view, const struct radiance *map)
+{
+    const struct camera *camera = c->camera + view->camera;
+    const struct lamp *lamp = c->lamp + view->light;
+    const int v = (int)(view - c->view);
+    struct seen_highlight seen;
+    if (c->sample.shape == SHAPE_SPHERE) {
+        draw_highlight(canvas, camera, view, &c->sample, lamp);
+        if (cal_highlight_lamp(&seen, map, c, &c->sample, v))
+            draw_seen_highlight(canvas, camera, view, &seen);
+    }
+    for (int i = 0; i < c->balls; i++) {
+        draw_highlight(canvas, camera, view, &c->ball[i], lamp);
+        if (cal_ball_highlight(&seen, map, c, i, v))
+            draw_seen_highlight(canvas, camera, view, &seen);
+    }
+}
+
 static void draw_all(const struct canvas *canvas, const struct calibration *c,
-                     const struct capture *capture, const struct view *view)
+                     const struct capture *capture, const struct view *view,
+                     const struct radiance *map)
 {
     const struct camera *camera = c->camera + view->camera;
     cairo_set_line_width(canvas->cr, 1);
     for (int i = 0; i < view->tags; i++)
         draw_tag(canvas, camera, view, view->tag + i, place_of(capture, view->tag[i].id));
     draw_sample(canvas, camera, view, &c->sample);
-    if (c->sample.shape == SHAPE_SPHERE && view->light >= 0 && view->light < c->lamps)
-        draw_highlight(canvas, camera, view, &c->sample, c->lamp + view->light);
+    for (int i = 0; i < c->balls; i++)
+        draw_sample(canvas, camera, view, &c->ball[i]);
+    if (view->light >= 0 && view->light < c->lamps)
+        draw_highlights(canvas, c, view, map);
     draw_caption(canvas, view);
 }
 
@@ -277,8 +254,8 @@ static enum status draw_view(const struct calibration *c, const struct capture *
                                                     map.height / canvas.reduced);
         canvas.cr = cairo_create(canvas.surface);
         if (cairo_status(canvas.cr) == CAIRO_STATUS_SUCCESS
-            && paint_photograph(canvas.surface, &map, canvas.reduced)) {
-            draw_all(&canvas, c, capture, view);
+            && cal_overlay_photograph(canvas.surface, &map, canvas.reduced)) {
+            draw_all(&canvas, c, capture, view, &map);
             status = save(canvas.surface, path, err);
         } else {
             status = cap_fail(err, STATUS_MEMORY, "%s", path);

@@ -11,8 +11,10 @@ import subprocess
 import sys
 import tempfile
 
+import cv2
 import numpy as np
 import yaml
+from PIL import Image
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import limits
@@ -21,6 +23,21 @@ from limits import check
 
 BALL = {"shape": "ball", "center": [-56.3, 4.4, 12.2], "radius": 12,
         "material": {"model": "ggx_conductor", "eta": [0.2, 0.92, 1.1], "k": [3.9, 2.45, 2.2], "alpha": 0.06}}
+
+
+OUTLINE = [51, 153, 255]  # of the overlays
+
+
+def outlined(path, cal, shot, ball):
+    """The share of a ball's outline (of 36 sectors) that an overlay draws, within two pixels of a pinhole's picture."""
+    camera = cal["cameras"][0]
+    at = cv2.Rodrigues(np.array(shot["rotation"]))[0] @ ball["center"] + shot["translation"]
+    center = np.array(camera["focal"]) * at[:2] / at[2] + camera["center"]
+    radius = camera["focal"][0] * ball["radius"] / np.linalg.norm(at)
+    y, x = np.nonzero(np.abs(np.asarray(Image.open(path).convert("RGB")).astype(int) - OUTLINE).sum(-1) < 100)
+    off = np.stack([x, y], 1) - center
+    on = np.abs(np.linalg.norm(off, axis=1) - radius) < 2
+    return len(set((np.degrees(np.arctan2(off[on, 1], off[on, 0])) // 10).tolist())) / 36
 
 
 def main():
@@ -44,6 +61,7 @@ def main():
         with open(at("capture/truth.json")) as f:
             truth = json.load(f)
         cal = T.load(at("out/calibration.yaml"))
+        drawn = [outlined(at("out/overlay/%s.png" % shot["name"]), cal, shot, cal["balls"][0]) for shot in cal["shots"]]
     lamp, center = np.array(truth["lights"][0]["position"]), np.array(truth["sample"]["center"])
     towards = (lamp - center) / np.linalg.norm(lamp - center)
     cues = {c["cue"]: c for c in cal["lights"][0]["cues"]}
@@ -56,6 +74,7 @@ def main():
     check("lamp by all, mm", np.linalg.norm(np.subtract(cal["lights"][0]["position"], lamp)), 0, 1.5)
     check("sample's centre, mm", np.linalg.norm(np.subtract(cal["sample"]["center"], center)), 0, 0.05)
     check("the sample has no sigmas", 0 if min(cal["sample"].get("sigma_center", [0])) > 0 else 1, 0, 0)
+    check("outline of the ball in overlays, share", np.mean(drawn), 0.8, 1)
     check("warnings", len(warnings.splitlines()), 0, 0)
     sys.exit(1 if limits.failed else 0)
 
