@@ -15,6 +15,7 @@
 #include "solid_place.h"
 
 #include "dense.h"
+#include "view_scatter.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -177,27 +178,6 @@ static bool invert(double a[UNKNOWNS][UNKNOWNS])
     return true;
 }
 
-/** Covariance of the sandwich: inverse (sum over views of g g^T) inverse; its roots. */
-static void sandwich(double sigma[UNKNOWNS], double inverse[UNKNOWNS][UNKNOWNS],
-                     double (*view_g)[UNKNOWNS], int views)
-{
-    double variance[UNKNOWNS] = {0};
-    int seen = 0;
-    for (int v = 0; v < views; v++) {
-        bool any = false;
-        for (int a = 0; a < UNKNOWNS; a++) {
-            double step = 0;
-            for (int b = 0; b < UNKNOWNS; b++)
-                step += inverse[a][b] * view_g[v][b];
-            variance[a] += step * step;
-            any = any || view_g[v][a] != 0;
-        }
-        seen += any;
-    }
-    for (int a = 0; a < UNKNOWNS; a++)
-        sigma[a] = sqrt(fmax(variance[a] * seen / fmax(seen - 1, 1), inverse[a][a]));
-}
-
 static void measure_outline(struct sample *s, const struct pull *p, int count,
                             const double x[UNKNOWNS], double scale)
 {
@@ -259,7 +239,7 @@ enum status cal_solid_fit(struct sample *sample, struct solid_prior *prior,
     }
     if (!status) {
         vec3 turn = {x[0], x[1], x[2]}, shift = {x[3], x[4], x[5]};
-        sandwich(sigma, h, view_g, views);
+        cal_view_scatter(sigma, &h[0][0], &view_g[0][0], UNKNOWNS, views);
         measure_outline(sample, pull, count, x, scale);
         status = cal_solid_move(sample, turn, shift, err);
         sample->radius += x[RADIUS];

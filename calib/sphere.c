@@ -14,6 +14,7 @@
  */
 #include "sphere.h"
 #include "dense.h"
+#include "view_scatter.h"
 #include "dusk.h"
 #include "limb.h"
 #include "shape_check.h"
@@ -125,28 +126,6 @@ static void add_prior(double h[UNKNOWNS][UNKNOWNS], double g[UNKNOWNS], double r
     }
 }
 
-/** Covariance of the sandwich: inverse * (sum over views of g g^T) * inverse. */
-static void sandwich(double sigma[UNKNOWNS], double inverse[UNKNOWNS][UNKNOWNS],
-                     double (*view_g)[UNKNOWNS], int views)
-{
-    double variance[UNKNOWNS] = {0};
-    int seen = 0;
-    for (int v = 0; v < views; v++) {
-        bool any = false;
-        for (int a = 0; a < UNKNOWNS; a++) {
-            double step = 0;
-            for (int b = 0; b < UNKNOWNS; b++)
-                step += inverse[a][b] * view_g[v][b];
-            variance[a] += step * step;
-            any = any || view_g[v][a] != 0;
-        }
-        seen += any;
-    }
-    // Few views know little of their own scatter; never claim more than the edges' own noise.
-    for (int a = 0; a < UNKNOWNS; a++)
-        sigma[a] = sqrt(fmax(variance[a] * seen / fmax(seen - 1, 1), inverse[a][a]));
-}
-
 /** What all views share does not show in their scatter, in millimetres: the limb model's own bias,
  *  and where edges scatter by `scale` times what their noise allows, what the sample mirrors there.
  *  That is alike for all edges on one of ARCS parts of the outline, seen from anywhere. */
@@ -232,7 +211,7 @@ enum status cal_sphere_fit(struct sample *sample, const struct calibration *cali
         moved = fabs(step[0]) + fabs(step[1]) + fabs(step[2]) + fabs(step[3]);
     }
     double sigma[UNKNOWNS];
-    sandwich(sigma, h, view_g, calibration->views);
+    cal_view_scatter(sigma, &h[0][0], &view_g[0][0], UNKNOWNS, calibration->views);
     add_model_error(sigma, t, count, s.center, scale);
     memcpy(s.sigma_center, sigma, sizeof s.sigma_center);
     s.sigma_radius = sample->sigma_radius > 0 ? sigma[3] : 0;

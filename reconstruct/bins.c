@@ -9,6 +9,7 @@
  *           averaged as it stands, as if wholly correlated within a bin.
  */
 #include "bins.h"
+#include "quantile.h"
 
 #include <assert.h>
 #include <stdlib.h>
@@ -231,4 +232,17 @@ void rec_bins_free(struct bins *bins)
 {
     free(bins->bin);
     *bins = (struct bins){0};
+}
+
+double rec_median_sigma(const struct bins *bins)
+{
+    double *relative = malloc((3 * (size_t)bins->count + 1) * sizeof *relative);
+    int n = 0;
+    for (int i = 0; relative && i < bins->count; i++)
+        for (int c = 0; c < 3; c++)
+            if (bins->bin[i].mean[c] > 0)
+                relative[n++] = bins->bin[i].sigma[c] / bins->bin[i].mean[c];
+    double median = rec_quantile(relative, relative ? n : 0, 0.5);
+    free(relative);
+    return median;
 }

@@ -41,5 +41,7 @@ enum status rec_tally_add_sums(struct tally *tally, int bin, const struct bin_su
 enum status rec_tally_merge(struct tally *tally, const struct tally *from, struct error *err);
 /** Means and errors of all bins; *bins is the caller's. */
 enum status rec_tally_finish(struct bins *bins, const struct tally *tally, struct error *err);
+/** The median over bins and channels of sigma / mean; NaN where no mean is above 0. */
+double rec_median_sigma(const struct bins *bins);
 
 #endif

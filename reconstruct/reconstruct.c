@@ -1,6 +1,6 @@
 /* reconstruct.c -- the whole job: photographs to BRDF. */
 #include "looks.h"
-#include "quantile.h"
+#include "bins.h"
 #include "summary.h"
 #include "team.h"
 
@@ -65,20 +65,6 @@ static enum status calibrate_alone(struct job *j, struct error *err)
     return status;
 }
 
-// The median over bins and channels of sigma / mean.
-static double median_sigma(const struct bins *bins)
-{
-    double *relative = malloc((3 * (size_t)bins->count + 1) * sizeof *relative);
-    int n = 0;
-    for (int i = 0; relative && i < bins->count; i++)
-        for (int c = 0; c < 3; c++)
-            if (bins->bin[i].mean[c] > 0)
-                relative[n++] = bins->bin[i].sigma[c] / bins->bin[i].mean[c];
-    double median = rec_quantile(relative, relative ? n : 0, 0.5);
-    free(relative);
-    return median;
-}
-
 static double mean_blur2(const struct calibration *c)
 {
     double sum = 0;
@@ -128,7 +114,7 @@ static enum status conclude(struct job *j, struct error *err)
         rec_consensus_widen(&j->fine, &consensus);
     }
     rec_consensus_free(&consensus);
-    j->median_sigma = median_sigma(&j->bins);
+    j->median_sigma = rec_median_sigma(&j->bins);
     cap_stage(j->run, "table", 0);
     j->status = malloc(MERL_BINS);
     if (!j->status)

@@ -1,6 +1,7 @@
 /* report_verdict.c -- was the evening a success? In words, in three numbers, and what to do. */
 #include "report.h"
 
+#include "bins.h"
 #include "quantile.h"
 
 #include <stdarg.h>
@@ -14,19 +15,6 @@ struct judgement {
     size_t warnings;
     enum grade grade;
 };
-
-static double median_sigma(const struct bins *bins)
-{
-    double *relative = malloc((3 * (size_t)bins->count + 1) * sizeof *relative);
-    int n = 0;
-    for (int i = 0; relative && i < bins->count; i++)
-        for (int c = 0; c < 3; c++)
-            if (bins->bin[i].mean[c] > 0)
-                relative[n++] = bins->bin[i].sigma[c] / bins->bin[i].mean[c];
-    double median = rec_quantile(relative, relative ? n : 0, 0.5);
-    free(relative);
-    return median;
-}
 
 // What part of the bins with both angles up to `degrees` was measured.
 static double measured_part(const struct report *r, double degrees)
@@ -89,7 +77,7 @@ static enum grade worse(enum grade a, enum grade b)
 static struct judgement judge(const struct report *r)
 {
     struct judgement j = {
-        .sigma = median_sigma(&r->source.bins),
+        .sigma = rec_median_sigma(&r->source.bins),
         .to_80 = measured_part(r, 80),
         .whole = measured_part(r, 90),
         .pairs = pairs_part(r),
