@@ -63,7 +63,8 @@ static struct bins_about about_bins(const struct job *j)
     return (struct bins_about){
         .version = "goniocam " GONIOCAM_VERSION,
         .input_hash = j->hash,
-        .reference_albedo = j->capture.patches ? j->capture.patch[0].albedo : 0,
+        .reference_albedo =
+            j->capture.patches ? j->capture.patch[0].albedo : j->capture.reference_albedo,
         .lamp_solid_angle = lamp_solid_angle(&j->calibration),
         .detector_solid_angle = detector_solid_angle(j),
     };

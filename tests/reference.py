@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 
+import h5py
 import numpy as np
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
@@ -91,6 +92,10 @@ def main():
         ball, sigma = lamp("by_ball")
         check("by a white ball, off by %", 100 * np.abs(ball / expected - 1).max(), 0, 1)
         check("in sigmas", np.abs((ball - expected) / sigma).max(), 0, 3)
+
+        run("reconstruct", at("main"), "-o", at("by_ball"))
+        with h5py.File(at("by_ball/bins.h5")) as f:
+            check("the scale's albedo in bins.h5", f.attrs.get("reference_albedo", 0), 0.9, 0.9)
 
         def refused(name, *words):
             done = run("calibrate", at("main"), "-o", at("refused"))
