@@ -3,6 +3,7 @@
 
 #include "tags.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 static const double DEG = CAP_PI / 180;
@@ -77,6 +78,19 @@ static bool read_tags(struct scene_board *board, struct doc *doc, doc_node node)
     return true;
 }
 
+/** Does a family have dark bits beyond its square? */
+static bool dark_beyond(const struct tag_family *family)
+{
+    const double square = 0.5 * family->border;
+    bool dark = false;
+    for (int i = 0; i < family->total * family->total && !dark; i++) {
+        const double x = i % family->total + 0.5 - 0.5 * family->total;
+        const double y = i / family->total + 0.5 - 0.5 * family->total;
+        dark = fmax(fabs(x), fabs(y)) > square && !sam_tag_white(family, 0, x, y);
+    }
+    return dark;
+}
+
 bool sam_read_board(struct scene_board *board, struct doc *doc, doc_node node)
 {
     sam_doc_numbers(doc, node, "size", board->size, 2, false, 0, 1e6);
@@ -101,6 +115,9 @@ bool sam_read_board(struct scene_board *board, struct doc *doc, doc_node node)
     double bits = family.total > family.border ? 0.5 * (family.total - family.border) : 1;
     double bit = board->tags ? board->tag[0].size / family.border : 1;
     board->margin = sam_doc_number(doc, node, "margin", bits * bit, 0, 1e6);
+    if (board->margin < bits * bit && dark_beyond(&family))
+        sam_doc_wrong(doc, node, "margin: bits of %s reach %g mm beyond its square", board->family,
+                      bits * bit);
     sam_tag_family_free(&family);
     return true;
 }

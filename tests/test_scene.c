@@ -47,6 +47,10 @@ static struct row {
      ":6:", "no 'tag1h1'"},
     {"no such id", HEAD LAMP BALL "board: {tags: [{id: 587, size: 9, center: [0, 0, 0]}]}\n" SHOT,
      ":6:", "no id 587"},
+    {"bits cut off",
+     HEAD LAMP BALL "board: {family: tagStandard41h12, margin: 3, tags: [{id: 0, size: 9, center: "
+                    "[0, 0, 0]}]}\n" SHOT,
+     ":6:", "bits of tagStandard41h12 reach 3.6 mm"},
     {"camera in the sample",
      HEAD LAMP BALL BOARD "shots:\n- look: {eye: [0, 0, 21], target: [0, 0, 0]}\n",
      ":8:", "camera of shot 0 is inside the sample"},
