@@ -179,7 +179,10 @@ static enum status take_sample(struct sample *sample, struct sample_node *s, str
     memcpy(sample->sigma_turn, s->sigma_turn, sizeof s->sigma_turn);
     if (s->shape != SHAPE_MESH)
         return STATUS_OK;
+    if (s->scale < 0)
+        return cap_fail(err, STATUS_FORMAT, "sample: scale must be above 0");
     sample->file = take(&s->file);
+    sample->scale = s->scale > 0 ? s->scale : 1;
     sample->world_from_file = (pose){vec3_of(s->rotation), vec3_of(s->translation)};
     return cal_sample_load(sample, err);
 }

@@ -97,6 +97,7 @@ static const cyaml_schema_field_t sample_fields[] = {
     NUMBER(MAY, sample_node, height),
     NUMBERS(MAY, sample_node, axis, 3),
     TEXT(MAY, sample_node, file),
+    NUMBER(MAY, sample_node, scale),
     NUMBERS(MAY, sample_node, rotation, 3),
     NUMBERS(MAY, sample_node, translation, 3),
     NUMBERS(MAY, sample_node, sigma_center, 3),

@@ -31,7 +31,7 @@ struct sample_node {
     enum shape shape;
     char *file;
     double rotation[3], translation[3];
-    double radius, height, center[3], axis[3], sigma_center[3], sigma_radius, sigma_turn[3],
+    double scale, radius, height, center[3], axis[3], sigma_center[3], sigma_radius, sigma_turn[3],
         outline_rms_px;
     int outline_edges;
 };

@@ -151,6 +151,8 @@ static void write_sample(struct yaml_out *out, const char *name, const struct sa
     write_vec3(out, "center", s->center);
     if (s->shape == SHAPE_MESH) {
         cap_yaml_text(out, "file", s->file);
+        if (s->scale != 1)
+            cap_yaml_number(out, "scale", s->scale);
         write_vec3(out, "rotation", s->world_from_file.rotation);
         write_vec3(out, "translation", s->world_from_file.translation);
     }

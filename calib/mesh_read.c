@@ -98,7 +98,7 @@ enum status cal_sample_load(struct sample *sample, struct error *err)
     if (!sample->file)
         return cap_fail(err, STATUS_FORMAT, "sample: a mesh needs its `file`");
     enum status status =
-        cal_mesh_read(&sample->mesh, sample->file, 1, sample->world_from_file, err);
+        cal_mesh_read(&sample->mesh, sample->file, sample->scale, sample->world_from_file, err);
     if (!status)
         cal_mesh_reach(sample->mesh, &sample->center, &sample->radius);
     return status;

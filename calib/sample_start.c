@@ -27,6 +27,7 @@ static enum status nominal_mesh(struct sample *sample, const struct sample_place
 {
     struct sample s = {.shape = SHAPE_MESH,
                        .file = realpath(nominal->file, NULL),
+                       .scale = nominal->scale,
                        .world_from_file = {nominal->rotation, nominal->translation}};
     if (!s.file)
         return cap_fail(err, STATUS_IO, "%s: %s", nominal->file, strerror(errno));

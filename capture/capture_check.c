@@ -44,9 +44,14 @@ static enum status check_mesh(struct sample_place *sample, const char *folder,
             return yaml_source_fail(&yaml->source, err, not_of_mesh[i],
                                     "a mesh has none: its file and `pose` say it all");
     if (!is_there(yaml, "sample.file"))
-        return yaml_source_fail(&yaml->source, err, "sample.file",
-                                "is missing: the PLY or OBJ file of the mesh, in mm");
+        return yaml_source_fail(
+            &yaml->source, err, "sample.file",
+            "is missing: the PLY or OBJ file of the mesh, in mm, or with a `scale`");
+    if (is_there(yaml, "sample.scale") && !(given->scale > 0))
+        return yaml_source_fail(&yaml->source, err, "sample.scale",
+                                "has to be positive: how many mm a unit of the file is");
     sample->shape = SHAPE_MESH;
+    sample->scale = given->scale > 0 ? given->scale : 1;
     sample->rotation = vec3_of(given->pose);
     sample->translation = vec3_of(given->pose + 3);
     sample->file = *given->file == '/' ? strdup(given->file) : cap_path(folder, given->file);
@@ -70,8 +75,8 @@ static enum status check_sample(struct capture *capture, const struct capture_ya
         return yaml_source_fail(&yaml->source, err, "sample.shape",
                                 "'%s' is no shape; use sphere, cylinder or mesh", given->shape);
     bool cylinder = sample->shape == SHAPE_CYLINDER;
-    static const char *const mesh_only[] = {"sample.file", "sample.pose"};
-    for (int i = 0; i < 2; i++)
+    static const char *const mesh_only[] = {"sample.file", "sample.pose", "sample.scale"};
+    for (int i = 0; i < 3; i++)
         if (is_there(yaml, mesh_only[i]))
             return yaml_source_fail(&yaml->source, err, mesh_only[i], "only a mesh has this");
     if (!is_there(yaml, "sample.center"))

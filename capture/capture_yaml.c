@@ -56,6 +56,7 @@ static const cyaml_schema_field_t sample_fields[] = {
     POINT("center", MAY, yaml_sample, center),
     POINT("axis", MAY, yaml_sample, axis),
     TEXT("file", MAY, yaml_sample, file),
+    NUMBER("scale", MAY, yaml_sample, scale),
     CYAML_FIELD_SEQUENCE_FIXED("pose", MAY, struct yaml_sample, pose, &number, 6),
     CYAML_FIELD_END};
 

@@ -21,7 +21,7 @@ struct yaml_camera {
 };
 struct yaml_sample {
     char *shape, *file;
-    double radius, radius_sigma, height, center[3], axis[3], pose[6];
+    double radius, radius_sigma, height, center[3], axis[3], scale, pose[6];
 };
 struct yaml_patch {
     char *capture;

@@ -38,6 +38,8 @@ static void write_mesh(struct yaml_out *out, const struct scene_sample *sample)
     cap_yaml_flow_map(out, "sample");
     cap_yaml_text(out, "shape", "mesh");
     cap_yaml_text(out, "file", sam_mesh_name(sample));
+    if (sample->scale != 1)
+        cap_yaml_number(out, "scale", sample->scale);
     const vec3 r = sample->world_from_file.rotation, t = sample->world_from_file.translation;
     const double place[6] = {r.x, r.y, r.z, t.x, t.y, t.z};
     cap_yaml_numbers(out, "pose", place, 6);

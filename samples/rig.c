@@ -49,6 +49,7 @@ static enum status take_sample(struct sample *sample, const struct scene_sample 
     if (sample->shape != SHAPE_MESH)
         return STATUS_OK;
     sample->file = strdup(from->file);
+    sample->scale = from->scale;
     sample->world_from_file = from->world_from_file;
     return sample->file ? cal_sample_load(sample, err) : cap_fail(err, STATUS_MEMORY, "no memory");
 }

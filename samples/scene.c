@@ -232,6 +232,7 @@ static void read_mesh(struct scene_sample *sample, struct doc *doc, doc_node nod
         place->center = center;
     }
     sample->file = path;
+    sample->scale = scale;
 }
 
 static void read_sphere_or_cylinder(struct sample_place *place, struct doc *doc, doc_node node)

@@ -78,6 +78,7 @@ struct scene_sample {
     struct flaws flaws;
     struct mesh *mesh;  // NULL for other shapes
     char *file;         // of the mesh: its path; owned
+    double scale;       // of its lengths to mm
     pose world_from_file;
 };
 /** The mesh's file beside the photographs, where render puts a copy. */

@@ -232,6 +232,7 @@ static json_t *sample(const struct scene_sample *s)
     }
     if (s->mesh) {
         json_object_set_new(map, "file", json_string(sam_mesh_name(s)));
+        json_object_set_new(map, "scale", json_real(s->scale));
         json_object_set_new(map, "triangles", json_integer(cal_mesh_triangles(s->mesh)));
     }
     return map;

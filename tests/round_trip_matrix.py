@@ -27,7 +27,7 @@ RAW = {"mosaic": "rggb", "electrons": 3e7, "dn_per_electron": 0.3, "full_well": 
 SECOND_LAMP = {"lights": [{"name": "left", "azimuth_deg": 250, "elevation_deg": 35, "distance": 600},
                           {"name": "right", "azimuth_deg": 310, "elevation_deg": 50, "distance": 550}]}
 CYLINDER = {"shape": "cylinder", "radius": 18, "height": 70, "axis": [1, 0.1, 0], "center": [-0.7, 0.5, 45.4]}
-VASE = {"shape": "mesh", "file": "vase.ply", "center": [0, 0, 42], "rotation_deg": [4, -3, 20]}
+VASE = {"shape": "mesh", "file": "vase.ply", "scale": 0.9, "center": [0, 0, 38], "rotation_deg": [4, -3, 20]}
 # name: what is changed, limits of centre, lamp, median, 95 %
 MATRIX = {
     "plastic": ({}, 0.05, 0.5, 0.7, 2.5),

@@ -99,6 +99,8 @@ static struct row {
      7, "sample.axis: this axis has"},
     {"a mesh with a radius", "goniocam: 1\nsample:\n  shape: mesh\n  file: a.ply\n  radius: 3\n", 5,
      "sample.radius"},
+    {"a mesh of no size", "goniocam: 1\nsample:\n  shape: mesh\n  file: a.ply\n  scale: -1\n", 5,
+     "sample.scale"},
     {"a mesh without a file", "goniocam: 1\nsample:\n  shape: mesh\n", 2, "sample.file"},
     {"a tag twice",
      "goniocam: 1\nboard:\n  family: tag36h11\n  tags:\n"

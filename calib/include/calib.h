@@ -140,7 +140,8 @@ struct sample {
     double sigma_turn[3];   // rad, about the world's axes; 0 for a sphere
     double outline_rms_px;  // of the outline's edges about the fit; 0: not measured
     int outline_edges;
-    char *file;  // of a mesh: its path; owned by the calibration, as mesh is
+    char *file;    // of a mesh: its path; owned by the calibration, as mesh is
+    double scale;  // of its file's lengths to mm
     pose world_from_file;
     struct mesh *mesh;
 };

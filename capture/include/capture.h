@@ -62,7 +62,8 @@ struct sample_place {
     double radius, height;
     double radius_sigma;  // how well the radius is known, mm
     vec3 center, axis;
-    char *file;  // of a mesh: its path
+    char *file;    // of a mesh: its path
+    double scale;  // millimetres in a unit of the file
     vec3 rotation, translation;
 };
 

@@ -99,6 +99,10 @@ def scene(seed):
     s["post"] = {"radius": 0.25 * s["sample"].get("radius", 0.1 * board)}
     s["lights"] = lamps(r, board, s["sample"]["center"][2])
     s["bounces"] = 1 if r.random() < 0.33 and s["sample"]["shape"] == "sphere" else 0
+    if s["bounces"]:  # minutes of rendering otherwise
+        s["camera"].update(size=[640, 430], center_px=[322, 213])
+        size = s["camera"]["size"]
+        s["lights"] = s["lights"][:1]
     s["power_jitter"] = r.choice([0, 0.01])
     s["files"] = r.choice(["tiff", "tiff", "png", "jpeg", "dng"])
     s["sensor"] = {"electrons": 2e7 * r.uniform(0.5, 2), "time_error": r.choice([0, 0.04])}
