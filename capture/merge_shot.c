@@ -1,7 +1,7 @@
 /* merge_shot.c -- one shot, from its photographs to its map, in bands of rows.
  *
  * Files whose strips can be decoded in any order are opened once a thread, and bands go round the
- * threads; only the copying out is in order. Others, and those that are decoded all at once, are
+ * threads, which write them to their places. Others, and those that are decoded all at once, are
  * decoded frame beside frame, and the rows of the band are merged beside each other then. One
  * thread goes row by row: what it has unpacked is still in the nearest cache when it is merged.
  * Memory is that of some bands, whatever the size of the image; the result does not depend on the
@@ -167,11 +167,12 @@ static void merge_line(const struct worker *w, const struct frames *frames, int 
     frames_finish(frames, &row, y, w->variance + at);
 }
 
-/* The from-th row of what was merged becomes the k-th of the band. */
-static void pack_line(const struct worker *w, const struct exr_header *header, int from, int k)
+/* The from-th row of what was merged becomes the k-th of the band, row y of the image. */
+static void pack_line(const struct worker *w, const struct exr_header *header, int from, int y,
+                      int k)
 {
     size_t at = (size_t)from * (size_t)w->row[0].count;
-    exr_pack(w->packed + (size_t)k * exr_line_size(header), header, w->value + at,
+    exr_pack(w->packed + (size_t)k * exr_line_size(header), header, y, w->value + at,
              w->variance + at);
 }
 
@@ -191,7 +192,7 @@ static enum status merge_band(struct worker *w, const struct frames *frames,
         status = bracket_read(&w->bracket, 1, bad, err);
         if (!status) {
             merge_line(w, frames, top + k, 0);
-            pack_line(w, header, 0, k);
+            pack_line(w, header, 0, top + k, k);
         }
     }
     if (!status && !one_by_one)
@@ -202,25 +203,16 @@ static enum status merge_band(struct worker *w, const struct frames *frames,
     for (int k = 0; k < rows; k++) {
         merge_line(w, frames, top + k, k);
         if (!w->encoded)
-            pack_line(w, header, k, k);
+            pack_line(w, header, k, top + k, k);
     }
     if (w->encoded) {
         const struct encoded *e = w->encoded;
         blocks_apply(w->variance, w->value, e->chi2, e->freedom, &w->row[0], e->coding[0].kept,
                      rows);
         for (int k = 0; k < rows; k++)
-            pack_line(w, header, k, k);
+            pack_line(w, header, k, top + k, k);
     }
     return STATUS_OK;
-}
-
-static enum status put_band(struct exr_writer *writer, const struct worker *w,
-                            const struct exr_header *header, int rows, struct error *err)
-{
-    enum status status = STATUS_OK;
-    for (int k = 0; k < rows && !status; k++)
-        status = exr_put(writer, w->packed + (size_t)k * exr_line_size(header), err);
-    return status;
 }
 
 /* The first failure of all threads. */
@@ -261,17 +253,16 @@ static void merge_round(struct failure *failure, struct exr_writer *writer, stru
         enum status status = w == first ? STATUS_OK : worker_open(w, job, shot, header, &bad, &err);
         if (status)
             note_failure(failure, status, &err, bad);
-#pragma omp for ordered schedule(static, 1)
+#pragma omp for schedule(dynamic)
         for (int k = 0; k < bands; k++) {
             int top = k * each, rows = header->height - top < each ? header->height - top : each;
-            bool go = !has_failed(failure);
-            if (go && (status = merge_band(w, frames, header, top, rows, 1, &bad, &err)))
+            if (has_failed(failure))
+                continue;
+            status = merge_band(w, frames, header, top, rows, 1, &bad, &err);
+            if (status)
                 note_failure(failure, status, &err, bad);
-#pragma omp ordered
-            {
-                if (!has_failed(failure) && (status = put_band(writer, w, header, rows, &err)))
-                    note_failure(failure, status, &err, -1);
-            }
+            else if ((status = exr_put(writer, w->packed, top, rows, &err)))
+                note_failure(failure, status, &err, -1);
         }
         if (w == &own)
             worker_close(&own);
@@ -284,13 +275,13 @@ static void merge_in_order(struct failure *failure, struct exr_writer *writer, s
                            const struct shot *shot)
 {
     w->bracket.threads = job->threads;
-    int each = by_rows(w, job->threads) ? 1 : w->bracket.rows;
+    const int each = w->bracket.rows;
     for (int top = 0; top < header->height && !failure->status; top += each) {
         int left = header->height - top, rows = left < each ? left : each;
         failure->status = merge_band(w, &job->frames[shot->camera], header, top, rows, job->threads,
                                      &failure->bad, &failure->err);
         if (!failure->status) {
-            failure->status = put_band(writer, w, header, rows, &failure->err);
+            failure->status = exr_put(writer, w->packed, top, rows, &failure->err);
             failure->bad = -1;
         }
     }
