@@ -17,14 +17,9 @@ struct exr_writer;
 /** Begin a file. On success end with exr_end(). */
 enum status exr_begin(struct exr_writer **writer, const char *path, const struct exr_header *header,
                       struct error *err);
-/** Bytes of a packed row. */
-size_t exr_line_size(const struct exr_header *header);
-/** Row y of a map, [width][channels], as it stands in the file. Any thread. */
-void exr_pack(unsigned char *packed, const struct exr_header *header, int y, const float *value,
-              const float *variance);
-/** Rows y and following, packed one after the other. Any thread, in any order; all rows must have
- *  been put before the end. STATUS_IO. */
-enum status exr_put(const struct exr_writer *writer, const unsigned char *packed, int y, int rows,
+/** Row y of a map, [width][channels]. Any thread, in any order; each row once, all before the end.
+ *  STATUS_IO, STATUS_MEMORY. */
+enum status exr_put(struct exr_writer *writer, int y, const float *value, const float *variance,
                     struct error *err);
 /** Give the file its name, or (keep false) leave nothing; frees the writer, which may be NULL. */
 enum status exr_end(struct exr_writer *writer, bool keep, struct error *err);

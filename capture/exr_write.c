@@ -1,27 +1,42 @@
-/* exr_write.c -- radiance maps as OpenEXR files, in bands of rows: R, G, B, var.R, var.G, var.B, or Y
- * and var.Y of a mosaic; 32-bit float.
+/* exr_write.c -- radiance maps as OpenEXR files, in bands of rows: R, G, B, var.R, var.G, var.B, or
+ * Y and var.Y of a mosaic; 32-bit float.
  *
  * Written uncompressed, one scan line a chunk: noise does not compress, and deflate would take
  * longer than the merge. So each row has its place in the file before it is made: OpenEXR makes the
- * header, and whichever thread made a band of rows writes it to its place, in one piece.
+ * header, and any thread packs its rows into blocks of 2 MB, of which each is written when it is
+ * full. The page cache keeps such a block as one page, which is mapped at once when the map is read
+ * (map_file.c): a twentieth of the time that its 512 small pages take.
  */
 #include "exr_library.h"
 
 #include <errno.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 static const char inputs_attribute[] = "goniocam:inputs";
 
-enum { LEADER = 8 };  // bytes before a row: its number, and how many bytes follow
+enum { LEADER = 8 };       // bytes before a row: its number, and how many bytes follow
+enum { BLOCK = 2 << 20 };  // bytes
+enum { SPARE = 4 };        // blocks that are kept to be filled again
+
+/** Bytes of the file that are not all there yet. */
+struct block {
+    unsigned char *bytes;  // [BLOCK]; NULL: none is there, or all are written
+    size_t missing;
+};
 
 struct exr_writer {
     struct atomic_file file;
     struct exr_header header;
     int fd;
-    size_t first;  // where row 0 begins in the file, with its leader
+    size_t first, size;  // where row 0 begins in the file, with its leader; of the file
+    struct block *block;
+    unsigned char *spare[SPARE];
+    pthread_mutex_t mutex;  // of block and spare; not of the bytes
 };
 
 static enum status fail(const struct exr_writer *writer, const char *why, struct error *err)
@@ -88,6 +103,12 @@ static int64_t keep_bytes(exr_const_context_t exr, void *text, const void *buffe
     return (int64_t)size;
 }
 
+/* Of a row, with its leader. */
+static size_t line_size(const struct exr_header *header)
+{
+    return LEADER + 2 * (size_t)header->channels * (size_t)header->width * sizeof(float);
+}
+
 /* The rows' places follow the header. false: out of memory. */
 static bool add_table(struct begin *begin, const struct exr_header *header)
 {
@@ -97,30 +118,117 @@ static bool add_table(struct begin *begin, const struct exr_header *header)
         return false;
     begin->bytes = grown;
     for (int y = 0; y < header->height; y++) {
-        uint64_t place = begin->size + table + (size_t)y * exr_line_size(header);
+        uint64_t place = begin->size + table + (size_t)y * line_size(header);
         memcpy(grown + begin->size + (size_t)y * sizeof place, &place, sizeof place);
     }
     begin->size += table;
     return true;
 }
 
-static enum status put(const struct exr_writer *writer, const unsigned char *data, size_t size,
-                       size_t at, struct error *err)
+static unsigned char *new_block(struct exr_writer *writer)
 {
-    while (size > 0) {
-        ssize_t n = pwrite(writer->fd, data, size, (off_t)at);
+    for (int k = 0; k < SPARE; k++)
+        if (writer->spare[k]) {
+            unsigned char *bytes = writer->spare[k];
+            writer->spare[k] = NULL;
+            return bytes;
+        }
+    unsigned char *bytes = aligned_alloc(BLOCK, BLOCK);
+    if (bytes)
+        (void)madvise(bytes, BLOCK, MADV_HUGEPAGE);  // advice
+    return bytes;
+}
+
+static void end_block(struct exr_writer *writer, unsigned char *bytes)
+{
+    for (int k = 0; k < SPARE && bytes; k++)
+        if (!writer->spare[k]) {
+            writer->spare[k] = bytes;
+            bytes = NULL;
+        }
+    free(bytes);
+}
+
+/* Block k, to be filled. NULL: out of memory. */
+static unsigned char *open_block(struct exr_writer *writer, size_t k)
+{
+    pthread_mutex_lock(&writer->mutex);
+    struct block *block = &writer->block[k];
+    if (!block->bytes)
+        block->bytes = new_block(writer);
+    unsigned char *bytes = block->bytes;
+    pthread_mutex_unlock(&writer->mutex);
+    return bytes;
+}
+
+static enum status write_block(const struct exr_writer *writer, size_t k,
+                               const unsigned char *bytes, struct error *err)
+{
+    size_t at = k * BLOCK, left = writer->size - at < BLOCK ? writer->size - at : BLOCK;
+    while (left > 0) {
+        ssize_t n = pwrite(writer->fd, bytes, left, (off_t)at);
         if (n < 0 && errno == EINTR)
             continue;
         if (n <= 0)
             return fail(writer, strerror(n < 0 ? errno : ENOSPC), err);
-        data += n;
+        bytes += n;
         at += (size_t)n;
-        size -= (size_t)n;
+        left -= (size_t)n;
     }
     return STATUS_OK;
 }
 
-/* Open the file and write all that stands before the rows. */
+/* So many bytes of block k are there now; whoever brings the last ones writes it. */
+static enum status filled(struct exr_writer *writer, size_t k, size_t bytes, struct error *err)
+{
+    struct block *block = &writer->block[k];
+    pthread_mutex_lock(&writer->mutex);
+    block->missing -= bytes;
+    const bool full = block->missing == 0;
+    pthread_mutex_unlock(&writer->mutex);
+    if (!full)
+        return STATUS_OK;
+    enum status status = write_block(writer, k, block->bytes, err);
+    pthread_mutex_lock(&writer->mutex);
+    end_block(writer, block->bytes);
+    block->bytes = NULL;
+    pthread_mutex_unlock(&writer->mutex);
+    return status;
+}
+
+/* Bytes for a place in the file, which may lie in several blocks. */
+static enum status put_bytes(struct exr_writer *writer, const unsigned char *data, size_t size,
+                             size_t at, struct error *err)
+{
+    enum status status = STATUS_OK;
+    while (size > 0 && !status) {
+        const size_t k = at / BLOCK, from = at % BLOCK;
+        const size_t here = size < BLOCK - from ? size : BLOCK - from;
+        unsigned char *bytes = open_block(writer, k);
+        if (!bytes)
+            return cap_fail(err, STATUS_MEMORY, "%s", writer->file.name);
+        memcpy(bytes + from, data, here);
+        status = filled(writer, k, here, err);
+        data += here;
+        at += here;
+        size -= here;
+    }
+    return status;
+}
+
+/* All blocks of a file whose rows begin at writer->first, empty. false: out of memory. */
+static bool make_blocks(struct exr_writer *writer)
+{
+    const size_t rows = (size_t)writer->header.height;
+    writer->size = writer->first + rows * line_size(&writer->header);
+    const size_t blocks = (writer->size + BLOCK - 1) / BLOCK;
+    writer->block = calloc(blocks + 1, sizeof *writer->block);
+    for (size_t k = 0; writer->block && k < blocks; k++)
+        writer->block[k].missing = k + 1 < blocks ? BLOCK : writer->size - k * BLOCK;
+    return writer->block != NULL;
+}
+
+/* Open the file and put what stands before the rows. */
 static enum status put_begin(struct exr_writer *writer, struct error *err)
 {
     struct begin begin = {0};
@@ -145,10 +253,10 @@ static enum status put_begin(struct exr_writer *writer, struct error *err)
         status = fail(writer, strerror(errno), err);
     if (!status) {
         writer->first = begin.size;
+        status = make_blocks(writer) ? put_bytes(writer, begin.bytes, begin.size, 0, err)
+                                     : cap_fail(err, STATUS_MEMORY, "%s", writer->file.name);
         // The file system finds room at once instead of page by page; one that cannot, later.
-        (void)fallocate(writer->fd, FALLOC_FL_KEEP_SIZE, 0,
-                        (off_t)(begin.size + exr_line_size(header) * (size_t)header->height));
-        status = put(writer, begin.bytes, begin.size, 0, err);
+        (void)fallocate(writer->fd, FALLOC_FL_KEEP_SIZE, 0, (off_t)writer->size);
     }
     free(begin.bytes);
     return status;
@@ -162,8 +270,10 @@ enum status exr_begin(struct exr_writer **writer, const char *path, const struct
         return cap_fail(err, STATUS_MEMORY, "%s", path);
     made->fd = -1;
     made->header = *header;
+    pthread_mutex_init(&made->mutex, NULL);
     enum status status = cap_file_begin(&made->file, path, false, err);
     if (status) {
+        pthread_mutex_destroy(&made->mutex);
         free(made);
         return status;
     }
@@ -175,19 +285,14 @@ enum status exr_begin(struct exr_writer **writer, const char *path, const struct
     return status;
 }
 
-size_t exr_line_size(const struct exr_header *header)
-{
-    return LEADER + 2 * (size_t)header->channels * (size_t)header->width * sizeof(float);
-}
-
 /* A file's channels stand in alphabetical order: B, G, R, var.B, var.G, var.R. Its numbers are
  * little-endian, as those of every machine this is built for. */
-void exr_pack(unsigned char *packed, const struct exr_header *header, int y, const float *value,
-              const float *variance)
+static void pack(unsigned char *packed, const struct exr_header *header, int y, const float *value,
+                 const float *variance)
 {
     _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "EXR files are little-endian");
     size_t width = (size_t)header->width, bytes = width * sizeof(float);
-    const int32_t leader[2] = {y, (int32_t)(exr_line_size(header) - LEADER)};
+    const int32_t leader[2] = {y, (int32_t)(line_size(header) - LEADER)};
     _Static_assert(sizeof leader == LEADER, "a row's number and its bytes");
     memcpy(packed, leader, sizeof leader);
     packed += sizeof leader;
@@ -196,7 +301,8 @@ void exr_pack(unsigned char *packed, const struct exr_header *header, int y, con
         memcpy(packed + bytes, variance, bytes);
         return;
     }
-    float *restrict to = (float *)(void *)packed;
+    typedef float anywhere __attribute__((aligned(1), may_alias));  // headers have any length
+    anywhere *restrict to = (anywhere *)(void *)packed;
     for (size_t x = 0; x < width; x++) {
         to[x] = value[3 * x + 2];
         to[width + x] = value[3 * x + 1];
@@ -207,11 +313,32 @@ void exr_pack(unsigned char *packed, const struct exr_header *header, int y, con
     }
 }
 
-enum status exr_put(const struct exr_writer *writer, const unsigned char *packed, int y, int rows,
+enum status exr_put(struct exr_writer *writer, int y, const float *value, const float *variance,
                     struct error *err)
 {
-    const size_t line = exr_line_size(&writer->header);
-    return put(writer, packed, (size_t)rows * line, writer->first + (size_t)y * line, err);
+    const size_t line = line_size(&writer->header), at = writer->first + (size_t)y * line;
+    const size_t from = at % BLOCK;
+    unsigned char *bytes = from + line <= BLOCK ? open_block(writer, at / BLOCK) : malloc(line);
+    if (!bytes)
+        return cap_fail(err, STATUS_MEMORY, "%s", writer->file.name);
+    if (from + line <= BLOCK) {
+        pack(bytes + from, &writer->header, y, value, variance);
+        return filled(writer, at / BLOCK, line, err);
+    }
+    pack(bytes, &writer->header, y, value, variance);
+    enum status status = put_bytes(writer, bytes, line, at, err);
+    free(bytes);
+    return status;
+}
+
+/* Whatever of the blocks there still is. */
+static void free_blocks(struct exr_writer *writer)
+{
+    for (size_t k = 0; writer->block && k * BLOCK < writer->size; k++)
+        free(writer->block[k].bytes);
+    free(writer->block);
+    for (int k = 0; k < SPARE; k++)
+        free(writer->spare[k]);
 }
 
 enum status exr_end(struct exr_writer *writer, bool keep, struct error *err)
@@ -225,6 +352,8 @@ enum status exr_end(struct exr_writer *writer, bool keep, struct error *err)
         status = cap_file_commit(&writer->file, err);
     else
         cap_file_abandon(&writer->file);
+    free_blocks(writer);
+    pthread_mutex_destroy(&writer->mutex);
     free(writer);
     return status;
 }
@@ -238,15 +367,10 @@ enum status exr_write(const struct radiance *map, const char *path, const char *
                                 .cfa = map->cfa,
                                 .inputs = inputs};
     size_t line = (size_t)header.width * (size_t)header.channels;
-    unsigned char *packed = malloc(exr_line_size(&header));
     struct exr_writer *writer = NULL;
-    enum status status =
-        packed ? exr_begin(&writer, path, &header, err) : cap_fail(err, STATUS_MEMORY, "%s", path);
-    for (int y = 0; y < map->height && !status; y++) {
-        exr_pack(packed, &header, y, map->value + y * line, map->variance + y * line);
-        status = exr_put(writer, packed, y, 1, err);
-    }
-    free(packed);
+    enum status status = exr_begin(&writer, path, &header, err);
+    for (int y = 0; y < map->height && !status; y++)
+        status = exr_put(writer, y, map->value + y * line, map->variance + y * line, err);
     enum status ended = exr_end(writer, !status, err);
     return status ? status : ended;
 }

@@ -29,7 +29,6 @@ struct worker {
     float *value, *variance;              // [rows][count]
     float *room;                          // [rows][frames_room()]
     struct encoded *encoded;              // of encoded photographs; else NULL
-    unsigned char *packed;                // [rows] lines of the file
     const struct ambient_light *ambient;  // NULL: none; borrowed
 };
 
@@ -112,8 +111,7 @@ static enum status worker_open(struct worker *w, const struct job *job, const st
     w->value = malloc(values * sizeof *w->value);
     w->variance = malloc(values * sizeof *w->variance);
     w->room = malloc(rows * frames_room(w->row[0].count) * sizeof *w->room);
-    w->packed = malloc(rows * exr_line_size(header));
-    if (!w->value || !w->variance || !w->room || !w->packed)
+    if (!w->value || !w->variance || !w->room)
         return cap_fail(err, STATUS_MEMORY, "%s: a band of rows", shot->name);
     return learned->encoded ? encoded_open(w, job, learned, values, err) : STATUS_OK;
 }
@@ -127,7 +125,6 @@ static void worker_close(struct worker *w)
     free(w->variance);
     free(w->room);
     encoded_close(w->encoded);
-    free(w->packed);
 }
 
 /* The errors of the frames of row y, the k-th of what was read. */
@@ -167,13 +164,28 @@ static void merge_line(const struct worker *w, const struct frames *frames, int 
     frames_finish(frames, &row, y, w->variance + at);
 }
 
-/* The from-th row of what was merged becomes the k-th of the band, row y of the image. */
-static void pack_line(const struct worker *w, const struct exr_header *header, int from, int y,
-                      int k)
+/* The k-th row of what was merged is row y of the map. */
+static enum status put_line(struct exr_writer *writer, const struct worker *w, int y, int k,
+                            struct error *err)
 {
-    size_t at = (size_t)from * (size_t)w->row[0].count;
-    exr_pack(w->packed + (size_t)k * exr_line_size(header), header, y, w->value + at,
-             w->variance + at);
+    size_t at = (size_t)k * (size_t)w->row[0].count;
+    return exr_put(writer, y, w->value + at, w->variance + at, err);
+}
+
+static enum status put_lines(struct exr_writer *writer, const struct worker *w, int top, int rows,
+                             int threads, struct error *err)
+{
+    enum status status = STATUS_OK;
+#pragma omp parallel for schedule(static) num_threads(threads)
+    for (int k = 0; k < rows; k++) {
+        struct error own = {0};
+        enum status one = put_line(writer, w, top + k, k, &own);
+        if (one) {
+#pragma omp critical(merge_shot_put)
+            status = cap_fail(err, one, "%s", own.text);
+        }
+    }
+    return status;
 }
 
 /* Blocks of encoded photographs need the whole band. */
@@ -182,37 +194,42 @@ static bool by_rows(const struct worker *w, int threads)
     return threads == 1 && !w->encoded;
 }
 
-static enum status merge_band(struct worker *w, const struct frames *frames,
-                              const struct exr_header *header, int top, int rows, int threads,
-                              int *bad, struct error *err)
+/* Row by row, by one thread. */
+static enum status merge_rows(struct worker *w, struct exr_writer *writer,
+                              const struct frames *frames, int top, int rows, int *bad,
+                              struct error *err)
+{
+    enum status status = STATUS_OK;
+    for (int k = 0; k < rows && !status; k++) {
+        status = bracket_read(&w->bracket, 1, bad, err);
+        if (status)
+            break;
+        merge_line(w, frames, top + k, 0);
+        status = put_line(writer, w, top + k, 0, err);
+    }
+    return status;
+}
+
+static enum status merge_band(struct worker *w, struct exr_writer *writer,
+                              const struct frames *frames, int top, int rows, int threads, int *bad,
+                              struct error *err)
 {
     enum status status = bracket_seek(&w->bracket, top, bad, err);
-    bool one_by_one = by_rows(w, threads);
-    for (int k = 0; k < rows && one_by_one && !status; k++) {
-        status = bracket_read(&w->bracket, 1, bad, err);
-        if (!status) {
-            merge_line(w, frames, top + k, 0);
-            pack_line(w, header, 0, top + k, k);
-        }
-    }
-    if (!status && !one_by_one)
+    if (!status && by_rows(w, threads))
+        return merge_rows(w, writer, frames, top, rows, bad, err);
+    if (!status)
         status = bracket_read(&w->bracket, rows, bad, err);
-    if (status || one_by_one)
+    if (status)
         return status;
 #pragma omp parallel for schedule(static) num_threads(threads)
-    for (int k = 0; k < rows; k++) {
+    for (int k = 0; k < rows; k++)
         merge_line(w, frames, top + k, k);
-        if (!w->encoded)
-            pack_line(w, header, k, top + k, k);
-    }
     if (w->encoded) {
         const struct encoded *e = w->encoded;
         blocks_apply(w->variance, w->value, e->chi2, e->freedom, &w->row[0], e->coding[0].kept,
                      rows);
-        for (int k = 0; k < rows; k++)
-            pack_line(w, header, k, top + k, k);
     }
-    return STATUS_OK;
+    return put_lines(writer, w, top, rows, threads, err);
 }
 
 /* The first failure of all threads. */
@@ -258,11 +275,9 @@ static void merge_round(struct failure *failure, struct exr_writer *writer, stru
             int top = k * each, rows = header->height - top < each ? header->height - top : each;
             if (has_failed(failure))
                 continue;
-            status = merge_band(w, frames, header, top, rows, 1, &bad, &err);
+            status = merge_band(w, writer, frames, top, rows, 1, &bad, &err);
             if (status)
                 note_failure(failure, status, &err, bad);
-            else if ((status = exr_put(writer, w->packed, top, rows, &err)))
-                note_failure(failure, status, &err, -1);
         }
         if (w == &own)
             worker_close(&own);
@@ -278,12 +293,8 @@ static void merge_in_order(struct failure *failure, struct exr_writer *writer, s
     const int each = w->bracket.rows;
     for (int top = 0; top < header->height && !failure->status; top += each) {
         int left = header->height - top, rows = left < each ? left : each;
-        failure->status = merge_band(w, &job->frames[shot->camera], header, top, rows, job->threads,
+        failure->status = merge_band(w, writer, &job->frames[shot->camera], top, rows, job->threads,
                                      &failure->bad, &failure->err);
-        if (!failure->status) {
-            failure->status = exr_put(writer, w->packed, top, rows, &failure->err);
-            failure->bad = -1;
-        }
     }
 }
 
