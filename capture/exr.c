@@ -3,6 +3,7 @@
  */
 #include "exr_library.h"
 #include "map_file.h"
+#include "map_room.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -221,7 +222,7 @@ bool exr_is_plain(struct radiance *map, size_t *first, const char *path)
 void cap_radiance_free(struct radiance *map)
 {
     map_file_close(map->file);
-    free(map->value);
-    free(map->variance);
+    map_room_give(map->value);
+    map_room_give(map->variance);
     *map = (struct radiance){0};
 }

@@ -7,6 +7,7 @@
  */
 #include "exr_library.h"
 #include "map_file.h"
+#include "map_room.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -110,10 +111,24 @@ void cap_radiance_at(const struct radiance *map, int x, int y, float value[3], f
         clear(&map->file->veil, x, y, value, variance);
 }
 
-static void copy_plane(float *restrict to, const unsigned char *restrict from, int count)
+/* Three planes become one row of three channels. */
+WIDE static void interleave(float *restrict to, const unsigned char *restrict red,
+                            const unsigned char *restrict green, const unsigned char *restrict blue,
+                            int count)
 {
-    for (int i = 0; i < count; i++)
-        to[3 * i] = number(from + (size_t)i * sizeof(float));
+    for (int i = 0; i < count; i++) {
+        const size_t at = (size_t)i * sizeof(float);
+        to[3 * i] = number(red + at);
+        to[3 * i + 1] = number(green + at);
+        to[3 * i + 2] = number(blue + at);
+    }
+}
+
+static void row_of(float *to, const struct radiance *map, int y, const int plane[3], int from,
+                   int end)
+{
+    interleave(to, plane_at(map, y, plane[0], from), plane_at(map, y, plane[1], from),
+               plane_at(map, y, plane[2], from), end - from);
 }
 
 void cap_radiance_row(const struct radiance *map, int y, int from, int end, float *value,
@@ -132,11 +147,10 @@ void cap_radiance_row(const struct radiance *map, int y, int from, int end, floa
         int at = 3 * (x - from);
         cap_radiance_at(map, x, y, value + at, variance ? variance + at : NULL);
     }
-    for (int c = 0; !one_by_one && c < 3; c++) {
-        copy_plane(value + c, plane_at(map, y, rgb_plane[0][c], from), end - from);
-        if (variance)
-            copy_plane(variance + c, plane_at(map, y, rgb_plane[1][c], from), end - from);
-    }
+    if (!one_by_one)
+        row_of(value, map, y, rgb_plane[0], from, end);
+    if (!one_by_one && variance)
+        row_of(variance, map, y, rgb_plane[1], from, end);
 }
 
 const struct stat *map_file_about(const struct radiance_file *file)
@@ -214,11 +228,10 @@ enum status cap_radiance_load(struct radiance *map, const int low[2], const int 
     if (!map->file)
         return STATUS_OK;
     size_t width = (size_t)map->width, count = 3 * width * (size_t)map->height;
-    float *value = malloc(count * sizeof *value);  // pages that nobody fills cost nothing
-    float *variance = malloc(count * sizeof *variance);
+    float *value = map_room_take(count), *variance = map_room_take(count);
     if (!value || !variance) {
-        free(value);
-        free(variance);
+        map_room_give(value);
+        map_room_give(variance);
         return cap_fail(err, STATUS_MEMORY, "a radiance map of %zu values", 2 * count);
     }
     int left = low[0] > 0 ? low[0] : 0, right = end[0] < map->width ? end[0] : map->width;

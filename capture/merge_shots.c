@@ -22,11 +22,8 @@ static enum status hash_photos(struct hash *hash, const struct job *job, const s
 #pragma omp parallel for schedule(dynamic) num_threads(job->threads)
     for (int k = 0; k < (digest ? shot->photos : 0); k++) {
         struct error mine = {0};
-        struct hash *one = hash_begin();
-        enum status own = one ? hash_file(one, job->capture->folder,
-                                          job->capture->photo[shot->photo[k]].name, &mine)
-                              : cap_fail(&mine, STATUS_MEMORY, "%s", shot->name);
-        hash_end(one, digest[k]);
+        enum status own = file_digest(digest[k], job->capture->folder,
+                                      job->capture->photo[shot->photo[k]].name, &mine);
 #pragma omp critical(hash_photos_failed)
         if (own) {
             status = own;

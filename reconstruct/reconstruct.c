@@ -185,6 +185,7 @@ enum status rec_reconstruct(struct summary *summary, const struct request *reque
             rec_team_agree(rec_blockers_make(&j.blockers, &j.capture, &j.calibration, err), err);
     if (!status)
         status = rec_looks(&j, err);
+    cap_radiance_forget();
     rec_team_alone(j.run, true);
     rec_team_hear_warnings(j.run);
     if (!status && rec_leads())

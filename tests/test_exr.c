@@ -55,6 +55,78 @@ static void test_round_trip_is_exact(void **state)
     cap_radiance_free(&back);
 }
 
+/* Of several blocks of 2 MB. */
+static struct radiance make_large_map(float phase)
+{
+    struct radiance map = {.width = 701, .height = 331, .channels = 3};
+    size_t count = 3 * (size_t)map.width * (size_t)map.height;
+    map.value = malloc(count * sizeof *map.value);
+    map.variance = malloc(count * sizeof *map.variance);
+    assert_non_null(map.value);
+    assert_non_null(map.variance);
+    for (size_t i = 0; i < count; i++) {
+        map.value[i] = sinf((float)i + phase);
+        map.variance[i] = 1 / ((float)i + 1 + phase);
+    }
+    return map;
+}
+
+static void assert_same_rows(const struct radiance *a, const struct radiance *b)
+{
+    size_t bytes = 3 * (size_t)a->width * (size_t)a->height * sizeof(float);
+    assert_int_equal(b->width, a->width);
+    assert_int_equal(b->height, a->height);
+    assert_memory_equal(a->value, b->value, bytes);
+    assert_memory_equal(a->variance, b->variance, bytes);
+}
+
+/* Rows come from several threads, in any order. */
+static void test_rows_find_their_places(void **state)
+{
+    (void)state;
+    struct radiance map = make_large_map(0), back = {0};
+    const struct exr_header header = {.width = map.width, .height = map.height, .channels = 3};
+    char *path = cap_path(folder, "rows.exr");
+    struct exr_writer *writer = NULL;
+    assert_int_equal(exr_begin(&writer, path, &header, NULL), STATUS_OK);
+    int failed = 0;
+#pragma omp parallel for num_threads(3) schedule(dynamic) reduction(+ : failed)
+    for (int k = 0; k < map.height; k++) {
+        int y = k * 97 % map.height;  // 97 and 331 are primes: each row once
+        size_t at = 3 * (size_t)y * (size_t)map.width;
+        failed += exr_put(writer, y, map.value + at, map.variance + at, NULL) != STATUS_OK;
+    }
+    assert_int_equal(failed, 0);
+    assert_int_equal(exr_end(writer, true, NULL), STATUS_OK);
+    assert_int_equal(cap_radiance_read(&back, path, NULL), STATUS_OK);
+    assert_same_rows(&map, &back);
+    remove(path);
+    free(path);
+    cap_radiance_free(&map);
+    cap_radiance_free(&back);
+}
+
+/* What a map is loaded into may have held another one. */
+static void test_loaded_one_after_the_other(void **state)
+{
+    (void)state;
+    char *path = cap_path(folder, "loaded.exr");
+    for (int k = 0; k < 3; k++) {
+        struct radiance map = make_large_map((float)k), back = {0};
+        const int low[2] = {-3, -3}, end[2] = {map.width + 3, map.height + 3};
+        assert_int_equal(cap_radiance_write(&map, path, NULL), STATUS_OK);
+        assert_int_equal(cap_radiance_open(&back, path, NULL), STATUS_OK);
+        assert_null(back.value);
+        assert_int_equal(cap_radiance_load(&back, low, end, NULL), STATUS_OK);
+        assert_same_rows(&map, &back);
+        cap_radiance_free(&map);
+        cap_radiance_free(&back);
+    }
+    cap_radiance_forget();
+    remove(path);
+    free(path);
+}
+
 /* A mosaic keeps one value a photosite; spread out, the others are no measurements. */
 static void test_mosaic(void **state)
 {
@@ -217,6 +289,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_round_trip_is_exact),
+        cmocka_unit_test(test_rows_find_their_places),
+        cmocka_unit_test(test_loaded_one_after_the_other),
         cmocka_unit_test(test_mosaic),
         cmocka_unit_test(test_maps_that_stay_in_their_files),
         cmocka_unit_test(test_inputs_tell_whether_a_map_is_up_to_date),

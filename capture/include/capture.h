@@ -272,6 +272,8 @@ enum status cap_radiance_read_stored(struct radiance *map, const char *path, str
 int cap_radiance_channel(const struct radiance *map, int x, int y);
 enum status cap_radiance_write(const struct radiance *map, const char *path, struct error *err);
 void cap_radiance_free(struct radiance *map);
+/** What maps were loaded into is kept for the next ones; now it goes. */
+void cap_radiance_forget(void);
 /** A plain picture as OpenEXR, rgb [height][width][3] in channels R, G, B. Complete or not at all:
  *  STATUS_IO, STATUS_MEMORY. */
 enum status cap_picture_write(const float *rgb, int width, int height, const char *path,
