@@ -185,7 +185,8 @@ bool cal_lamp_evaluate(const void *context, double const *const *block, double *
         double value = o->facet->log_value[c];
         for (int e = 0; e < ECHOES; e++)
             value -= o->facet->echo[e][c] * block[at_echo][e];
-        residual[c] = -s * (value - block[1][c] - block[2][0] - log_f[c] - geometry - log(v));
+        residual[c] =
+            -s * (value - block[1][c] - block[2][0] - log_f[c] - geometry - o->log_bend - log(v));
         if (!jacobian)
             continue;
         if (jacobian[at_beam])

@@ -34,6 +34,7 @@ struct observation {
     double radius;                      // of the sample, a sphere about point - radius normal
     vec3 axis[3];                       // the world's axes in the lamp's frame
     double log_f;                       // of a patch, or a sample of known albedo
+    double log_bend;                    // of the mean over the facet, over what is in its middle
     const struct lamp_strength *known;  // of a lamp: KIND_STRENGTH and its prior
     double log_power;                   // ln of the mean power of its views
     double q;                           // of vignetting

@@ -34,6 +34,22 @@ static const double BEAM_PRIOR[BEAM_NUMBERS] = {1, 1, 20};
 /* ---- which facets take part ---------------------------------------------------------------------
  */
 
+/** ln of the mean of a lamp's light over a facet of the board, over what falls on its middle. The
+ *  lamp is known well enough for that after the first round. */
+static double log_bend(const struct facet *f, const struct lamp *lamp, pose view_from_world)
+{
+    double sum = 0, falloff;
+    vec3 wi = cal_lamp_way(lamp, view_from_world, f->point, &falloff);
+    const double middle = vec3_dot(wi, f->normal) * falloff;
+    for (int k = 0; k < 4;
+         k++) {  // a quarter each, sqrt(2) sigmas out: they have the spread's covariance
+        vec3 out = vec3_scale(f->spread[k / 2], k % 2 ? sqrt(2) : -sqrt(2));
+        wi = cal_lamp_way(lamp, view_from_world, vec3_add(f->point, out), &falloff);
+        sum += 0.25 * fmax(vec3_dot(wi, f->normal), 0) * falloff;
+    }
+    return sum > 0 ? log(sum / middle) : 0;
+}
+
 /** Fill an observation; false: the facet sees the lamp or the camera too flat, or not at all. */
 static bool observe(struct observation *o, const struct facet *f, const struct lamp_state *s,
                     const struct calibration *c, const struct capture *capture)
@@ -76,6 +92,8 @@ static bool observe(struct observation *o, const struct facet *f, const struct l
     for (int k = 0; k < 3; k++)
         o->axis[k] =
             cal_lamp_frame_direction(lamp, view->view_from_world, (vec3){k == 0, k == 1, k == 2});
+    if (board)
+        o->log_bend = log_bend(f, lamp, view->view_from_world);
     if (o->kind == KIND_PATCH)
         o->log_f = log(capture->patch[f->material - MATERIAL_PATCH].albedo / CAP_PI);
     for (int k = 0; k < 3; k++) {

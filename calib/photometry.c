@@ -3,10 +3,11 @@
  * Method.   Means over pieces of surface that are of one material: the white bits of the tags,
  *           the patches, blocks of the sample. A photosite counts only where a margin of blur
  *           around it is of that material too.
- * Accuracy. A facet's sigma holds the noise of its mean and, for the curved sample, what the
- *           spread of radiance within the block may have moved the mean.
+ * Accuracy. A facet's sigma holds the noise of its mean (facet_sums.c) and, for the curved sample,
+ *           what is left when the mean over a block is made the radiance in its middle.
  */
 #include "photometry.h"
+#include "facet_sums.h"
 #include "view_map.h"
 
 #include <float.h>
@@ -17,67 +18,7 @@ static const double MARGIN_PX = 1.75;   // lens blur reaches this far
 static const double SPREAD_MAX = 0.08;  // of one material, relative: more is a shadow's edge
 static const double OCCLUSION_MM = 3;   // distance from the sample's shadow and outline
 static const double SMOOTH_COS = 0.8;   // normals of one block agree to this
-static const double SNR_MIN = 20;       // below it, the mean of a logarithm is biased
 enum { SITES_MIN = 6, PATCH_FACETS = 4 };
-
-/** Running sums over the photosites of a facet. */
-struct sums {
-    double value[3], square[3], variance[3];
-    int measured[3];  // photosites of each channel: fewer than count in a mosaic
-    double pixel[2], place[2];
-    int count;
-    double low, high;  // of the channels' mean
-};
-
-static void sums_add(struct sums *s, const struct radiance *map, int x, int y, double a, double b)
-{
-    float value[3], variance[3];
-    bool measured[3];
-    cap_radiance_at(map, x, y, value, variance);
-    if (!cal_measured(map, variance, measured))
-        return;
-    double mean = ((double)value[0] + value[1] + value[2]) / 3;
-    for (int c = 0; c < 3; c++) {
-        double v = value[c];
-        if (!measured[c])
-            continue;
-        s->measured[c]++;
-        s->value[c] += v;
-        s->square[c] += v * v;
-        s->variance[c] += variance[c];
-    }
-    s->pixel[0] += x;
-    s->pixel[1] += y;
-    s->place[0] += a;
-    s->place[1] += b;
-    s->low = s->count ? fmin(s->low, mean) : mean;
-    s->high = s->count ? fmax(s->high, mean) : mean;
-    s->count++;
-}
-
-/** Means and sigmas; false: no photosites, or more spread than one material has. */
-static bool sums_facet(const struct sums *s, double spread_max, struct facet *facet)
-{
-    facet->bright = true;
-    for (int c = 0; c < 3; c++) {
-        if (s->measured[c] < 1)
-            return false;
-        double n = s->measured[c], mean = s->value[c] / n, noise = s->variance[c] / n;
-        double scatter = s->square[c] / n - mean * mean;
-        if (scatter > noise * 4 + spread_max * spread_max * mean * mean)
-            return false;
-        facet->mean[c] = mean;
-        facet->noise[c] = sqrt(fmax(noise, scatter) / n);
-        facet->bright = facet->bright && facet->noise[c] * SNR_MIN < mean;
-    }
-    for (int c = 0; c < 3 && facet->bright; c++) {
-        facet->log_value[c] = facet->log_seen[c] = log(facet->mean[c]);
-        facet->sigma[c] = facet->sigma_seen[c] = facet->noise[c] / facet->mean[c];
-    }
-    facet->pixel[0] = s->pixel[0] / s->count;
-    facet->pixel[1] = s->pixel[1] / s->count;
-    return true;
-}
 
 static enum status append(struct facets *facets, const struct facet *facet, struct error *err)
 {
@@ -205,7 +146,7 @@ static enum status paper_facets(struct facets *facets, const struct radiance *ma
                                 struct error *err)
 {
     struct quadrilateral q = quad_of(seen->corner);
-    struct sums quarter[4];
+    struct facet_sums quarter[4];
     memset(quarter, 0, sizeof quarter);
     int range[4];
     quad_range(&q, map, 0.2, range);
@@ -219,19 +160,20 @@ static enum status paper_facets(struct facets *facets, const struct radiance *ma
                 continue;
             quad_at(&q, x, y, st);
             if (all_white(pattern, st, margin))
-                sums_add(&quarter[(st[0] > 0.5) + 2 * (st[1] > 0.5)], map, x, y, st[0], st[1]);
+                facet_sums_add(&quarter[(st[0] > 0.5) + 2 * (st[1] > 0.5)], map, x, y, st[0],
+                               st[1]);
         }
     vec3 eye = cal_eye(c->view[v].view_from_world);
     vec3 normal = vec3_cross(place->x_axis, place->y_axis);
+    vec3 right = vec3_scale(place->x_axis, place->size);
+    vec3 up = vec3_scale(place->y_axis, place->size);
+    vec3 corner = vec3_sub(place->center, vec3_scale(vec3_add(right, up), 0.5));
     for (int k = 0; k < 4; k++) {
-        const struct sums *s = &quarter[k];
+        const struct facet_sums *s = &quarter[k];
         struct facet facet = {.view = v, .material = MATERIAL_PAPER, .normal = normal};
-        if (s->count < SITES_MIN || !sums_facet(s, SPREAD_MAX, &facet) || !facet.bright)
+        if (s->count < SITES_MIN || !facet_of_sums(s, SPREAD_MAX, &facet) || !facet.bright)
             continue;
-        double right = (s->place[0] / s->count - 0.5) * place->size;
-        double up = (s->place[1] / s->count - 0.5) * place->size;
-        facet.point = vec3_add(place->center, vec3_add(vec3_scale(place->x_axis, right),
-                                                       vec3_scale(place->y_axis, up)));
+        facet_of_place(s, corner, right, up, &facet);
         double reach = 0.35 * place->size + OCCLUSION_MM;
         if (cal_in_the_way(c, eye, facet.point, reach))
             continue;
@@ -252,6 +194,17 @@ static vec3 on_patch(const struct patch *p, double s, double t)
     return vec3_add(vec3_scale(low, 1 - t), vec3_scale(high, t));
 }
 
+/** Where a facet's photosites lie on a patch, which is flat there. */
+static void place_on_patch(const struct patch *p, const struct facet_sums *sums,
+                           struct facet *facet)
+{
+    double s = sums->place[0] / sums->count, t = sums->place[1] / sums->count;
+    vec3 middle = on_patch(p, s, t), right = vec3_sub(on_patch(p, 1, t), on_patch(p, 0, t));
+    vec3 up = vec3_sub(on_patch(p, s, 1), on_patch(p, s, 0));
+    vec3 origin = vec3_sub(middle, vec3_add(vec3_scale(right, s), vec3_scale(up, t)));
+    facet_of_place(sums, origin, right, up, facet);
+}
+
 static enum status patch_facets(struct facets *facets, const struct radiance *map,
                                 const struct calibration *c, int v, const struct patch *patch,
                                 int material, struct error *err)
@@ -268,7 +221,7 @@ static enum status patch_facets(struct facets *facets, const struct radiance *ma
         cal_project(&c->camera[view->camera], p, corner[k]);
     }
     struct quadrilateral q = quad_of((const double(*)[2])corner);
-    struct sums sums[PATCH_FACETS * PATCH_FACETS];
+    struct facet_sums sums[PATCH_FACETS * PATCH_FACETS];
     memset(sums, 0, sizeof sums);
     int range[4];
     quad_range(&q, map, 0, range);
@@ -284,15 +237,15 @@ static enum status patch_facets(struct facets *facets, const struct radiance *ma
                 || st[1] > 1 - margin[1])
                 continue;
             int i = (int)(st[0] * PATCH_FACETS), j = (int)(st[1] * PATCH_FACETS);
-            sums_add(&sums[j * PATCH_FACETS + i], map, x, y, st[0], st[1]);
+            facet_sums_add(&sums[j * PATCH_FACETS + i], map, x, y, st[0], st[1]);
         }
     double reach = vec3_length(vec3_sub(patch->corner[2], patch->corner[0])) / PATCH_FACETS / 2;
     for (int k = 0; k < PATCH_FACETS * PATCH_FACETS; k++) {
         struct facet facet = {.view = v, .material = material, .normal = normal};
-        if (sums[k].count < SITES_MIN || !sums_facet(&sums[k], SPREAD_MAX, &facet) || !facet.bright)
+        if (sums[k].count < SITES_MIN || !facet_of_sums(&sums[k], SPREAD_MAX, &facet)
+            || !facet.bright)
             continue;
-        facet.point =
-            on_patch(patch, sums[k].place[0] / sums[k].count, sums[k].place[1] / sums[k].count);
+        place_on_patch(patch, &sums[k], &facet);
         if (cal_in_the_way(c, eye, facet.point, reach + OCCLUSION_MM))
             continue;
         enum status status = append(facets, &facet, err);
@@ -342,20 +295,26 @@ static bool sample_range(const struct calibration *c, const struct view *view,
 }
 
 /** One block of side x side photosites from (x, y), all of which must show the sample. */
-static bool sample_block(const struct radiance *map, int x, int y, int side, struct facet *facet)
+static bool sample_block(const struct radiance *map, int x, int y, int side, double blur_px,
+                         struct facet *facet)
 {
-    struct sums s = {.count = 0};
+    struct facet_sums s = {.count = 0};
     for (int j = 0; j < side; j++)
         for (int i = 0; i < side; i++)
-            sums_add(&s, map, x + i, y + j, 0, 0);
-    if (s.count < side * side || !sums_facet(&s, 0.25, facet))
+            facet_sums_add(&s, map, x + i, y + j, 0, 0);
+    if (s.count < side * side || !facet_of_sums(&s, 0.25, facet))
         return false;
+    double bend[3] = {0, 0, 0};
+    if (facet->bright)
+        facet_bend(map, x, y, side, blur_px, bend);
     // A geometry wrong by a tenth of a photosite moves radiance by that part of its slope; and a
     // block's mean differs from its middle by a part of the spread.
     double spread = (s.high - s.low) / (0.5 * (s.high + s.low));
-    for (int c = 0; c < 3 && facet->bright; c++)
+    for (int c = 0; c < 3 && facet->bright; c++) {
+        facet->log_value[c] = facet->log_seen[c] = log(facet->mean[c] - bend[c]);
         facet->sigma[c] = facet->sigma_seen[c] =
             hypot(facet->sigma[c], 0.1 * spread / side + 0.05 * spread);
+    }
     return true;
 }
 
@@ -418,7 +377,7 @@ enum status cal_sample_facets(struct facets *facets, const struct radiance *map,
             solid_hit hit = meet_at(&look, middle[0], middle[1], &ray);
             if (hit.s == INFINITY || hit.cap
                 || !lies_on(&look, middle[0], middle[1], side, hit, ray)
-                || !sample_block(map, x, y, side, &facet))
+                || !sample_block(map, x, y, side, view->blur_px, &facet))
                 continue;
             facet.point = vec3_add(look.eye, vec3_scale(ray, hit.s));
             facet.normal = hit.normal;

@@ -16,7 +16,8 @@ enum { MATERIAL_SAMPLE, MATERIAL_PAPER, MATERIAL_PATCH };
 /** A small piece of a lit surface in one view, averaged over many photosites. */
 struct facet {
     int view, material;
-    vec3 point, normal;        // world
+    vec3 point, normal;        // world; on the board the mean place of its photosites
+    vec3 spread[2];            // whose covariance is the sum of s s^T; 0: point is their middle
     double pixel[2];           // its middle
     double mean[3], noise[3];  // radiance and its standard deviation
     bool bright;               // enough above noise for a logarithm: else what follows is not set
