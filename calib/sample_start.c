@@ -21,6 +21,7 @@ static const double OUTLINE_MOST = 240;  // edges that are looked for in a view,
 static const double FLAT = 0.01;         // of half the board: from tags that lie in a plane
 static const double LYING = 0.1;         // reaches that a sample's middle is above what it lies on
 static const double PROMISING = 0.8;     // of the best place's score: worth a closer look
+static const double UNSURE = 0.6;        // of a score where no place shows an outline for sure
 
 static enum status nominal_mesh(struct sample *sample, const struct sample_place *nominal,
                                 struct error *err)
@@ -142,7 +143,7 @@ static bool better(const struct stand *a, const struct stand *before)
 {
     if (a->sure != before->sure)
         return a->sure;
-    return (a->sure ? 1 : PROMISING) * a->score > fmax(before->score, 0);
+    return (a->sure ? 1 : UNSURE) * a->score > fmax(before->score, 0);
 }
 
 /** Seek the sample around its nominal place. *stand: the best that is known, before and after. */
