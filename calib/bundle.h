@@ -14,6 +14,7 @@ struct sighting {
     double covariance[8][8];  // of corner, px^2; only its shape counts: see bundle_adjust
     double log_noise;         // ln of its view's variance over the common one, see bundle_noise.h
     double blur;              // of a refined one: variance of the point spread, as in corners.h
+    double covered;           // share of a refined one's photosites that are not its pattern's
     bool refined;             // by corners.h; else as detected
     bool rejected;            // disagrees with all others: not used
 };

@@ -236,7 +236,11 @@ static bool refine_tag(struct sighting *s, const struct refinement *r, int view,
     }
     if (!good)
         return false;
-    *s = (struct sighting){.view = view, .place = place, .blur = fit.blur, .refined = true};
+    *s = (struct sighting){.view = view,
+                           .place = place,
+                           .blur = fit.blur,
+                           .covered = 1 - fit.inliers,
+                           .refined = true};
     memcpy(s->corner, fit.corner, sizeof s->corner);
     memcpy(s->covariance, fit.covariance, sizeof s->covariance);
     memcpy(s->by_lens, fit.by_lens, sizeof s->by_lens);

@@ -4,15 +4,26 @@
  *           rays meet best (linear least squares); what the four corners make is then compared with
  *           what capture.yaml says: side, place, turn, squareness. Rays that do not meet tell that
  *           the tag was not in one place.
+ *           Whether a tag is in its place is a test. Where it was put, its corners lie as far from
+ *           where they were given as noise (of each photograph by itself, as the other tags have
+ *           it) and a bias (light that is uneven beside the sample: alike in all photographs)
+ *           allow, along what the rays determine: chi^2 with 12 degrees of freedom. And the rays
+ *           miss each other by what noise and bias allow: chi^2 with the other degrees. Each test
+ *           errs on one of all tags of a board in FALSE_ALARMS / 2 of the calibrations.
  */
 #include "tag_trouble.h"
 
+#include "bundle_noise.h"
 #include "dense.h"
 
 #include <string.h>
 
-// A sample's light on a tag, or its shadow beside one, moves corners by a few hundredths.
-static const double IN_PLACE_PX = 0.1;
+// A sample's light on a tag moves corners by some hundredths: one sigma.
+static const double BIAS_PX = 0.05;
+// And where a shadow's rim, or the sample's, lies across it, by this part of the tag's side, times
+// the share that it covers.
+static const double COVERED = 0.1;
+static const double FALSE_ALARMS = 0.001;  // of calibrations
 
 // A ray of a corner: from an eye in a unit direction, in the world.
 static void corner_ray(const struct bundle *b, const struct sighting *s, int k, vec3 *eye,
@@ -107,19 +118,70 @@ static double side_px(const struct bundle *b, int place)
     return sum / fmax(n, 1);
 }
 
+/** The value that chi^2 of so many degrees of freedom exceeds with a small probability: Wilson and
+ *  Hilferty (1931) on Abramowitz and Stegun's 26.2.23. */
+static double chi2_beyond(double freedom, double probability)
+{
+    const double t = sqrt(-2 * log(probability)), part = 2 / (9 * freedom);
+    const double z = t
+                     - (2.515517 + t * (0.802853 + t * 0.010328))
+                           / (1 + t * (1.432788 + t * (0.189269 + t * 0.001308)));
+    return freedom * pow(1 - part + z * sqrt(part), 3);
+}
+
+/** Sums over the corners of a tag in all views, px^2: of how far what was found there is from its
+ *  rays, of how far its given place is from where it was found, and mean variances of noise and of
+ * bias of a number. */
+struct strays {
+    double missed, moved, noise, bias;
+    int views;
+};
+
+static bool strays_of(struct strays *sum, const struct bundle *b, int place, const vec3 corner[4])
+{
+    const double scale = bundle_noise_scale(b);
+    *sum = (struct strays){.views = 0};
+    for (int i = 0; i < b->sightings; i++) {
+        const struct sighting *s = b->sighting + i;
+        const struct view *view = b->calibration->view + s->view;
+        for (int k = 0; s->place == place && k < 4; k++) {
+            const vec3 at[2] = {corner[k], cap_tag_corner(b->capture->tag + place, k)};
+            double pixel[2][2];
+            for (int e = 0; e < 2; e++) {
+                vec3 p = cal_to_view(view->view_from_world, at[e]);
+                if (!(p.z > 0))
+                    return false;
+                cal_project(b->calibration->camera + view->camera, p, pixel[e]);
+            }
+            for (int a = 0; a < 2; a++) {
+                sum->missed += pow(s->corner[k][a] - pixel[0][a], 2);
+                sum->moved += pow(pixel[1][a] - pixel[0][a], 2);
+                sum->noise += scale * exp(s->log_noise) * s->covariance[2 * k + a][2 * k + a];
+            }
+        }
+        if (s->place != place)
+            continue;
+        const double side =
+            hypot(s->corner[1][0] - s->corner[0][0], s->corner[1][1] - s->corner[0][1]);
+        sum->bias += BIAS_PX * BIAS_PX + pow(COVERED * side * s->covered, 2);
+        sum->views++;
+    }
+    sum->noise /= TAG_NUMBERS * fmax(sum->views, 1);
+    sum->bias /= fmax(sum->views, 1);
+    return !isnan(scale);
+}
+
 bool tag_in_place(const struct bundle *b, int place)
 {
-    const struct tag_place *tag = b->capture->tag + place;
+    const double probability = 0.5 * FALSE_ALARMS / fmax(b->capture->tags, 1);
     vec3 corner[4];
     double rms;
-    if (!tag_locate(b, place, corner, &rms) || rms > IN_PLACE_PX)
+    struct strays sum;
+    if (!tag_locate(b, place, corner, &rms) || !strays_of(&sum, b, place, corner))
         return false;
-    for (int k = 0; k < 4; k++) {
-        double off = vec3_length(vec3_sub(corner[k], cap_tag_corner(tag, k)));
-        if (off * side_px(b, place) > IN_PLACE_PX * tag->size)
-            return false;
-    }
-    return true;
+    return sum.moved < chi2_beyond(12, probability) * (sum.noise + sum.views * sum.bias)
+           && sum.missed
+                  < chi2_beyond(TAG_NUMBERS * sum.views - 12, probability) * (sum.noise + sum.bias);
 }
 
 void tag_trouble(const struct bundle *b, int place, char *text, size_t room)

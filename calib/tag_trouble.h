@@ -9,8 +9,8 @@
  *  than two views show it, or they see it from one side only. */
 bool tag_locate(const struct bundle *bundle, int place, vec3 corner[4], double *rms_px);
 
-/** Is it where capture.yaml says, to a part of a pixel that light which is not even over it may
- *  move its corners by? */
+/** Is it where capture.yaml says, as far as the photographs tell? A test that errs on a tag of a
+ * board in place in one of a thousand calibrations: method and figures in tag_trouble.c. */
 bool tag_in_place(const struct bundle *bundle, int place);
 
 /** Say in words what is wrong with a tag that is rejected wherever it is seen: another size,
