@@ -2,6 +2,7 @@
 #include "capture.h"
 #include "commands_shoot.h"
 #include "dry_run.h"
+#include "merge_shots.h"
 
 #include <stdlib.h>
 
@@ -35,7 +36,7 @@ static enum status merge_all(struct capture *capture, const char *out, bool json
     enum status status = usable ? cap_capture_settle(capture, run, err)
                                 : cap_fail(err, STATUS_MEMORY, "%s", capture->folder);
     if (!status)
-        status = cap_merge(capture, out, NULL, usable, run, err);
+        status = merge_shots(capture, out, NULL, usable, true, run, err);
     if (!status)
         print_result(capture, usable, run, out, json);
     free(usable);

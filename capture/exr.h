@@ -10,6 +10,7 @@
 struct exr_header {
     int width, height, channels;  // channels 3, or 1 with cfa
     const char *cfa, *inputs, *make, *model, *times;
+    bool let_go;  // nobody will look at it soon: what is on the disk leaves memory
 };
 
 /** A map under construction. */

@@ -17,6 +17,7 @@ struct job {
     struct ambients *ambients;      // of the shots; NULL: none
     bool *left_out;                 // [photos]: damaged, or moved against the rest of its shot
     int threads;                    // for the rows of one shot
+    bool let_go;                    // maps need not stay in memory
     struct run *run;
 };
 

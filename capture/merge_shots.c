@@ -3,6 +3,7 @@
  * Many shots go to threads, one each; few are merged one after the other by all threads. A finished
  * map carries a hash of what it was made from, so that a second run keeps it.
  */
+#include "merge_shots.h"
 #include "lessons.h"
 #include "merge_shot.h"
 #include "hash.h"
@@ -102,7 +103,8 @@ static enum status write_map(const char *path, const char *inputs, const struct 
                                     .inputs = inputs,
                                     .make = first->make,
                                     .model = first->model,
-                                    .times = times};
+                                    .times = times,
+                                    .let_go = job->let_go};
         int bad = -1;
         enum status status = times ? merge_shot_rows(path, &header, job, shot, &bad, err)
                                    : cap_fail(err, STATUS_MEMORY, "%s", shot->name);
@@ -184,8 +186,8 @@ static enum status merge_all(const struct job *job, bool *usable, struct error *
     return status;
 }
 
-enum status cap_merge(const struct capture *capture, const char *out, struct sensor *sensor,
-                      bool *usable, struct run *run, struct error *err)
+enum status merge_shots(const struct capture *capture, const char *out, struct sensor *sensor,
+                        bool *usable, bool let_go, struct run *run, struct error *err)
 {
     char *folder = cap_path(out, "radiance");
     struct lessons lessons = {0};
@@ -206,6 +208,7 @@ enum status cap_merge(const struct capture *capture, const char *out, struct sen
                       .ambients = lessons.ambients,
                       .left_out = left_out,
                       .threads = threads_a_shot(capture, run),
+                      .let_go = let_go,
                       .run = run};
     if (!status)
         status = merge_all(&job, has_map, err);
@@ -219,4 +222,10 @@ enum status cap_merge(const struct capture *capture, const char *out, struct sen
     free(left_out);
     free(folder);
     return status;
+}
+
+enum status cap_merge(const struct capture *capture, const char *out, struct sensor *sensor,
+                      bool *usable, struct run *run, struct error *err)
+{
+    return merge_shots(capture, out, sensor, usable, false, run, err);
 }

@@ -1,14 +1,15 @@
 #!/usr/bin/python3
 """Time and memory of a whole `goniocam reconstruct` on captures of 24-megapixel photographs.
 
-    pipeline_scale.py [--build build/release] [--work /tmp/pipeline_scale] [--shots 6] [--threads 2] [--size 6000x4000]
+    pipeline_scale.py [--build build/release] [--work /tmp/pipeline_scale] [--shots 6,12] [--threads 2] [--size 6000x4000]
                       [--ranks 2] [--memory 10,40]
 
 Renders the six shots of samples/tiny.yaml at 6000 x 4000, five exposures of 4^k/1024 s each, as deflate TIFF (kept in
 --work, 1.5 GB and some minutes); more shots than six are links to them under other names. Prints
   - seconds of decoding the files alone (bench_decode) and of `goniocam reconstruct` on the same threads, and their
-    ratio, of the wall's clock and of the processors' (asked: at most 2.0); where the seconds went, by stages
-    (in brackets: seconds of the processors)
+    ratio, of the wall's clock and of the processors' (asked of 30 shots: at most 2.0); where the seconds went, by
+    stages (in brackets: seconds of the processors); with two numbers of shots also the ratio of what each further shot
+    costs, and what follows for 30
   - with --ranks N: seconds of `mpirun -n N goniocam-mpi reconstruct --threads 1` beside those of one process on one
     thread (asked of 2 on two cores: 1.7 times as fast)
   - with --memory A,B: the peak memory of A and B shots (asked: at most 3 GiB and the same for 10 and 300), at --small
@@ -91,6 +92,37 @@ def reconstruct(before, work, folder, *more):
     return result, stages
 
 
+def measure(a, goniocam, shots):
+    """Prints; -> seconds of the wall and of the processors, of decoding and of us."""
+    folder, photos = make(goniocam, a.work, size_of(a.size), shots)
+    floor = run([os.path.join(a.build, "tests/bench_decode"), str(a.threads)] + photos)
+    ours, stages = reconstruct([goniocam], a.work, folder, "--threads", str(a.threads))
+    print("%d shots x %d of %s, %d threads: decoding %.2f s, reconstruct %.2f s: %.2f x (processors: %.2f and %.2f s,"
+          " %.2f x); peak memory %.0f MB" % (shots, len(EXPOSURES), a.size, a.threads, floor[0], ours[0],
+                                             ours[0] / floor[0], floor[1], ours[1], ours[1] / floor[1], ours[2]))
+    print("  " + ", ".join("%s %.2f (%.2f)" % (s["name"], s["seconds"], s["processor_seconds"]) for s in stages))
+    return floor[:2], ours[:2]
+
+
+def tell_further(few, many):
+    """few, many: (shots, what measure() returned)."""
+    (n, before), (m, after) = few, many
+    for k, clock in enumerate(("the wall's clock", "the processors'")):
+        floor, ours = ((after[i][k] - before[i][k]) / (m - n) for i in range(2))
+        of_30 = (after[1][k] + (30 - m) * ours) / (after[0][k] + (30 - m) * floor)
+        print("by %s a further shot takes %.2f s, decoding %.2f s: %.2f x; 30 shots would take %.2f x"
+              % (clock, ours, floor, ours / floor, of_30))
+
+
+def compare_ranks(a, goniocam, shots):
+    folder, _ = make(goniocam, a.work, size_of(a.size), shots)
+    one, _ = reconstruct([goniocam], a.work, folder, "--threads", "1")
+    mpi = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(a.ranks), goniocam + "-mpi"]
+    many, _ = reconstruct(mpi, a.work, folder, "--threads", "1")
+    print("%d shots: one thread %.2f s, %d ranks of one thread %.2f s: %.2f times as fast"
+          % (shots, one[0], a.ranks, many[0], one[0] / many[0]))
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", default=os.path.join(TOP, "build/release"))
@@ -98,26 +130,18 @@ def main():
     parser.add_argument("--work", default="/tmp/pipeline_scale")
     parser.add_argument("--size", default="6000x4000")
     parser.add_argument("--small", default="960x640")
-    parser.add_argument("--shots", type=int, default=6)
+    parser.add_argument("--shots", default="6")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--ranks", type=int, default=0)
     parser.add_argument("--memory", default="")
     a = parser.parse_args()
     goniocam = a.goniocam or os.path.join(a.build, "goniocam")
-    if a.shots > 0:
-        folder, photos = make(goniocam, a.work, size_of(a.size), a.shots)
-        floor = run([os.path.join(a.build, "tests/bench_decode"), str(a.threads)] + photos)
-        ours, stages = reconstruct([goniocam], a.work, folder, "--threads", str(a.threads))
-        print("%d shots x %d of %s, %d threads: decoding %.2f s, reconstruct %.2f s: %.2f x (processors: %.2f and %.2f s,"
-              " %.2f x); peak memory %.0f MB" % (a.shots, len(EXPOSURES), a.size, a.threads, floor[0], ours[0],
-                                                  ours[0] / floor[0], floor[1], ours[1], ours[1] / floor[1], ours[2]))
-        print("  " + ", ".join("%s %.2f (%.2f)" % (s["name"], s["seconds"], s["processor_seconds"]) for s in stages))
-        if a.ranks > 1:
-            one, _ = reconstruct([goniocam], a.work, folder, "--threads", "1")
-            mpi = ["mpirun", "--allow-run-as-root", "--oversubscribe", "-n", str(a.ranks), goniocam + "-mpi"]
-            many, _ = reconstruct(mpi, a.work, folder, "--threads", "1")
-            print("one thread %.2f s, %d ranks of one thread %.2f s: %.2f times as fast"
-                  % (one[0], a.ranks, many[0], one[0] / many[0]))
+    counts = [int(n) for n in a.shots.split(",") if n != "0"]
+    measured = [(shots, measure(a, goniocam, shots)) for shots in counts]
+    if len(measured) == 2:
+        tell_further(*measured)
+    if a.ranks > 1:
+        compare_ranks(a, goniocam, counts[0])
     for shots in (int(n) for n in a.memory.split(",") if n):
         folder, _ = make(goniocam, a.work, size_of(a.small), shots)
         peak = reconstruct([goniocam], a.work, folder, "--threads", str(a.threads))[0][2]
