@@ -23,7 +23,7 @@ static void mark_strip(uint8_t *mark, struct strip *s, const struct viewing *v)
 {
     rec_strip_footprints(s, v);
     rec_strip_block(s, v);
-    if (!rec_strip_any(s))
+    if (!rec_strip_narrow(s))
         return;
     rec_strip_angles(s);
     for (int i = 0; i < LANES; i++)

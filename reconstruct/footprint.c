@@ -27,10 +27,10 @@ struct ray_ends {
 
 // Rays of an offset (du, dv) from the photosites' centres, by the lens's slopes there.
 WIDE static void aim(vec3_lanes *ray, const struct lens_row *lens, const mat3 *view_from_world,
-                     double du, double dv)
+                     double du, double dv, lane_span span)
 {
     const mat3 m = *view_from_world;
-    for (int i = 0; i < LANES; i++) {
+    FOR_LANES (i, span) {
         double x = lens->at[0][i] + du * lens->by_u[0][i] + dv * lens->by_v[0][i];
         double y = lens->at[1][i] + du * lens->by_u[1][i] + dv * lens->by_v[1][i];
         double s = 1 / sqrt(x * x + y * y + 1);
@@ -40,10 +40,10 @@ WIDE static void aim(vec3_lanes *ray, const struct lens_row *lens, const mat3 *v
     }
 }
 
-WIDE static void light(struct ray_ends *e, vec3 lamp)
+WIDE static void light(struct ray_ends *e, vec3 lamp, lane_span span)
 {
     const struct meetings *m = &e->m;
-    for (int i = 0; i < LANES; i++) {
+    FOR_LANES (i, span) {
         double x = lamp.x - m->point.x[i], y = lamp.y - m->point.y[i], z = lamp.z - m->point.z[i];
         double r = sqrt(x * x + y * y + z * z), s = 1 / r;
         e->wi.x[i] = x * s;
@@ -55,18 +55,18 @@ WIDE static void light(struct ray_ends *e, vec3 lamp)
     }
 }
 
-static void fall_off(struct ray_ends *e, const struct beam *beam)
+static void fall_off(struct ray_ends *e, const struct beam *beam, lane_span span)
 {
-    for (int i = 0; i < LANES; i++) {
+    FOR_LANES (i, span) {
         vec3 away = {-e->wi.x[i], -e->wi.y[i], -e->wi.z[i]};
         e->irradiance[i] *= cal_beam_share(beam, away);
     }
 }
 
-WIDE static void light_from_afar(struct ray_ends *e, vec3 direction)
+WIDE static void light_from_afar(struct ray_ends *e, vec3 direction, lane_span span)
 {
     const vec3_lanes *n = &e->m.normal;
-    for (int i = 0; i < LANES; i++) {
+    FOR_LANES (i, span) {
         e->wi.x[i] = direction.x;
         e->wi.y[i] = direction.y;
         e->wi.z[i] = direction.z;
@@ -83,20 +83,20 @@ struct pencil {
     struct patches mesh;  // of a mesh
 };
 
-static void trace(struct ray_ends *e, const struct pencil *p, double du, double dv)
+static void trace(struct ray_ends *e, const struct pencil *p, double du, double dv, lane_span span)
 {
     const struct viewing *v = p->v;
-    aim(&e->ray, &p->lens, &v->view_from_world, du, dv);
+    aim(&e->ray, &p->lens, &v->view_from_world, du, dv, span);
     if (v->raster)
-        rec_patches_meet(&e->m, &p->mesh, du, dv);
+        rec_patches_meet(&e->m, &p->mesh, du, dv, span);
     else
-        rec_meet_all(&e->m, v->sample, v->eye, &e->ray, LANES);
+        rec_meet_all(&e->m, v->sample, v->eye, &e->ray, span);
     if (v->lamp->at_infinity)
-        light_from_afar(e, v->lamp->direction);
+        light_from_afar(e, v->lamp->direction, span);
     else
-        light(e, v->lamp_position);
+        light(e, v->lamp_position, span);
     if (v->beam.exponent > 0)
-        fall_off(e, &v->beam);
+        fall_off(e, &v->beam, span);
 }
 
 /** What of the strip needs a closer look; 1 or 0 a lane. */
@@ -108,78 +108,94 @@ struct looks {
 // How far the normal turns from one photosite to the next: at the middle of the sample's face it is
 // `step`, towards the outline 1/cos_o times as far. Where it turns little, the centre alone serves:
 // the square's second moment is 1/12, so the centre errs by (step / cosines)^2 / 24, 4e-5 of f at
-// most; no photosite is trusted beyond 1e-3 (samples.c).
-WIDE static void take_centers(struct strip *s, struct looks *look, const struct ray_ends *e,
-                              const struct lens_row *lens, vec3 eye, double square, double margin)
+// most; no photosite is trusted beyond 1e-3 (samples.c). Squares are compared: no root is taken.
+WIDE static void take_centers(struct strip *restrict s, struct looks *restrict look,
+                              const struct ray_ends *restrict e,
+                              const struct lens_row *restrict lens, vec3 eye, double square,
+                              double margin)
 {
     const double narrow = 0.03, near = 3 * (margin > square ? margin / square : 1);
-    for (int i = 0; i < LANES; i++) {
+    FOR_LANES (i, s->use) {
         double x = e->m.point.x[i] - eye.x, y = e->m.point.y[i] - eye.y;
         double z = e->m.point.z[i] - eye.z;
         double across = lens->by_u[0][i] * lens->by_u[0][i] + lens->by_u[1][i] * lens->by_u[1][i];
-        double step = s->curvature[i] * square * sqrt((x * x + y * y + z * z) * across);
+        double turn = s->curvature[i] * square;
+        double step2 = turn * turn * ((x * x + y * y + z * z) * across);
         double cos_i = e->cos_i[i];
         double cos_o = -(e->ray.x[i] * e->m.normal.x[i] + e->ray.y[i] * e->m.normal.y[i]
                          + e->ray.z[i] * e->m.normal.z[i]);
-        double dusk = cos_i < 0 ? -cos_i : cos_i;
-        bool edge = (cos_o * cos_o <= near * step) | (dusk * cos_o <= near * step);
+        double both = cos_i * cos_o, cos2_o = cos_o * cos_o, reach2 = near * near * step2;
+        bool edge = (cos2_o * cos2_o <= reach2) | (both * both <= reach2) | !(cos_o > 0);
+        bool fine = (step2 < narrow * narrow * both * both) & (both > 0);
         look->edge[i] = edge ? 1 : 0;
-        look->wide[i] = step < narrow * cos_o * cos_i ? 0 : 1;
+        look->wide[i] = fine ? 0 : 1;
+        look->rim[i] = look->dusk[i] = look->shadowed[i] = 0;
         // Towards the eye 1/cos_o^2 times as much as across (but 100): the mean, h lies anywhere.
-        s->spread[0][i] = s->spread[1][i] = step * step / 24 * (1 + 1 / (cos_o * cos_o + 0.01));
+        s->spread[0][i] = s->spread[1][i] = step2 / 24 * (1 + 1 / (cos2_o + 0.01));
         s->wo.x[i] = -e->ray.x[i];
         s->wo.y[i] = -e->ray.y[i];
         s->wo.z[i] = -e->ray.z[i];
+        s->point.x[i] = e->m.point.x[i];
+        s->point.y[i] = e->m.point.y[i];
+        s->point.z[i] = e->m.point.z[i];
+        s->normal.x[i] = e->m.normal.x[i];
+        s->normal.y[i] = e->m.normal.y[i];
+        s->normal.z[i] = e->m.normal.z[i];
+        s->wi.x[i] = e->wi.x[i];
+        s->wi.y[i] = e->wi.y[i];
+        s->wi.z[i] = e->wi.z[i];
+        s->distance[i] = e->distance[i];
+        s->irradiance[i] = e->irradiance[i];
     }
-    s->point = e->m.point;
-    s->normal = e->m.normal;
-    s->wi = e->wi;
-    memcpy(s->distance, e->distance, sizeof s->distance);
-    memcpy(s->irradiance, e->irradiance, sizeof s->irradiance);
+}
+
+// Rays that meet nothing, or what is not lit.
+WIDE static void add_beyond(struct looks *restrict look, const struct ray_ends *restrict e,
+                            lane_span span)
+{
+    FOR_LANES (i, span) {
+        look->rim[i] = e->m.hit[i] > 0 ? look->rim[i] : 1;
+        look->dusk[i] = e->cos_i[i] > 0 ? look->dusk[i] : 1;
+    }
 }
 
 // Eight rays around, as far as an edge reaches: all of them must meet lit sample.
-static void look_around(struct looks *look, const struct pencil *p)
+static void look_around(struct looks *look, const struct pencil *p, lane_span span)
 {
     static const double s = 0.70710678118654752;
     static const double offset[8][2] = {{1, 0},  {s, s},   {0, 1},  {-s, s},
                                         {-1, 0}, {-s, -s}, {0, -1}, {s, -s}};
     struct ray_ends e;
     for (int k = 0; k < 8; k++) {
-        trace(&e, p, p->v->margin * offset[k][0], p->v->margin * offset[k][1]);
-        for (int i = 0; i < LANES; i++) {
-            look->rim[i] = e.m.hit[i] > 0 ? look->rim[i] : 1;
-            look->dusk[i] = e.cos_i[i] > 0 ? look->dusk[i] : 1;
-        }
+        trace(&e, p, p->v->margin * offset[k][0], p->v->margin * offset[k][1], span);
+        add_beyond(look, &e, span);
     }
 }
 
 // A mesh's own look around; its terminator is where the lamp sets within a photosite.
-static void look_around_mesh(struct looks *look, const struct pencil *p)
+static void look_around_mesh(struct looks *look, const struct pencil *p, lane_span span)
 {
     static const double corner[4][2] = {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
     struct ray_ends e;
-    for (int i = 0; i < LANES; i++) {
-        look->rim[i] = p->mesh.rim[i];
-        look->dusk[i] = p->mesh.dusk[i];
-        look->shadowed[i] = p->mesh.shadowed[i];
-    }
+    memcpy(look->shadowed, p->mesh.shadowed, sizeof look->shadowed);
+    memcpy(look->rim, p->mesh.rim, sizeof look->rim);
+    memcpy(look->dusk, p->mesh.dusk, sizeof look->dusk);
     for (int k = 0; k < 4; k++) {
-        trace(&e, p, p->v->margin * corner[k][0], p->v->margin * corner[k][1]);
-        for (int i = 0; i < LANES; i++)
-            look->dusk[i] = e.cos_i[i] > 0 ? look->dusk[i] : 1;
+        trace(&e, p, p->v->margin * corner[k][0], p->v->margin * corner[k][1], span);
+        add_beyond(look, &e, span);
     }
 }
 
-static enum fate fate_of(const struct looks *look, double hit, double cos_i, int i)
+WIDE static void take_fates(struct strip *restrict s, const struct looks *restrict look,
+                            const struct ray_ends *restrict center)
 {
-    if (!(hit > 0) || look->rim[i] > 0)
-        return FATE_OUTLINE;
-    if (!(cos_i > 0))
-        return FATE_DARK;
-    if (look->shadowed[i] > 0)
-        return FATE_SHADOWED;
-    return look->dusk[i] > 0 ? FATE_TERMINATOR : FATE_USED;
+    FOR_LANES (i, s->use) {
+        enum fate fate = look->dusk[i] > 0 ? FATE_TERMINATOR : FATE_USED;
+        fate = look->shadowed[i] > 0 ? FATE_SHADOWED : fate;
+        fate = center->cos_i[i] > 0 ? fate : FATE_DARK;
+        s->fate[i] = s->hit[i] & !(look->rim[i] > 0) ? fate : FATE_OUTLINE;
+        s->inner[i] = !(look->edge[i] > 0);
+    }
 }
 
 /** Weighted sums over a photosite: w, w n, w wi, w wo, and w n n^T (xx, yy, zz, xy, yz, zx). */
@@ -188,9 +204,9 @@ struct means {
     vec3_lanes n, wi, wo;
 };
 
-WIDE static void add(struct means *to, const struct ray_ends *e, double weight)
+WIDE static void add(struct means *to, const struct ray_ends *e, double weight, lane_span span)
 {
-    for (int i = 0; i < LANES; i++) {
+    FOR_LANES (i, span) {
         double w = weight * e->irradiance[i];
         double x = e->m.normal.x[i], y = e->m.normal.y[i], z = e->m.normal.z[i];
         to->w[i] += w;
@@ -212,9 +228,9 @@ WIDE static void add(struct means *to, const struct ray_ends *e, double weight)
     }
 }
 
-WIDE static void normalize(vec3_lanes *v)
+WIDE static void normalize(vec3_lanes *v, lane_span span)
 {
-    for (int i = 0; i < LANES; i++) {
+    FOR_LANES (i, span) {
         double s = 1 / sqrt(v->x[i] * v->x[i] + v->y[i] * v->y[i] + v->z[i] * v->z[i]);
         v->x[i] *= s;
         v->y[i] *= s;
@@ -234,9 +250,10 @@ static inline double moment_along(const struct means *m, int i, double x, double
 
 // The strip's directions and irradiance from the sums, in the lanes that are wide. Spreads are
 // taken in the plane in which n tilts towards h, and across it; in any two where n is h.
-WIDE static void take_means(struct strip *s, const struct means *m, const double *wide)
+WIDE static void take_means(struct strip *s, const struct means *m, const double *wide,
+                            lane_span span)
 {
-    for (int i = 0; i < LANES; i++) {
+    FOR_LANES (i, span) {
         bool take = wide[i] > 0;
         double nx = m->n.x[i], ny = m->n.y[i], nz = m->n.z[i];
         double hx = m->wi.x[i] + m->wo.x[i], hy = m->wi.y[i] + m->wo.y[i];
@@ -267,7 +284,7 @@ WIDE static void take_means(struct strip *s, const struct means *m, const double
     }
 }
 
-static void average(struct strip *s, const struct pencil *p, const double *wide)
+static void average(struct strip *s, const struct pencil *p, const double *wide, lane_span span)
 {
     static const double place[3] = {-0.38729833462074169, 0, 0.38729833462074169};  // sqrt(0.15)
     static const double weight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
@@ -275,30 +292,41 @@ static void average(struct strip *s, const struct pencil *p, const double *wide)
     struct ray_ends e;
     for (int b = 0; b < 3; b++)
         for (int a = 0; a < 3; a++) {
-            trace(&e, p, p->v->square * place[a], p->v->square * place[b]);
-            add(&sum, &e, weight[a] * weight[b]);
+            trace(&e, p, p->v->square * place[a], p->v->square * place[b], span);
+            add(&sum, &e, weight[a] * weight[b], span);
         }
-    normalize(&sum.n);
-    normalize(&sum.wi);
-    normalize(&sum.wo);
-    take_means(s, &sum, wide);
+    normalize(&sum.n, span);
+    normalize(&sum.wi, span);
+    normalize(&sum.wo, span);
+    take_means(s, &sum, wide, span);
+}
+
+// Lanes whose centre meets the sample, of those that are the strip's business.
+WIDE static void take_hits(struct strip *restrict s, const struct ray_ends *restrict center,
+                           lane_span ours)
+{
+    const int from = s->from, to = s->to;
+    memset(s->hit, 0, sizeof s->hit);
+    FOR_LANES (i, ours)
+        s->hit[i] = (i >= from) & (i < to) & (center->m.hit[i] > 0);
+    for (int i = 0; i < LANES; i++)
+        s->fate[i] = FATE_OUTLINE;
 }
 
 // The rays through the photosites' centres; false: none meets the sample.
 static bool begin(struct strip *s, struct pencil *p, struct ray_ends *center)
 {
-    bool any = false, mesh = p->v->raster != NULL;
+    const double bend = 1 / p->v->sample->radius;
+    const lane_span ours = {s->from & -BLOCK, (s->to + BLOCK - 1) & -BLOCK};
     rec_lens_row(&p->lens, p->v->lens, s->x0, s->y);
-    if (mesh)
+    if (p->v->raster)
         rec_raster_patches(&p->mesh, p->v->raster, p->v, s->x0, s->y);
-    trace(center, p, 0, 0);
-    for (int i = 0; i < LANES; i++) {
-        s->hit[i] = center->m.hit[i] > 0 && i >= s->from && i < s->to;
-        s->fate[i] = FATE_OUTLINE;
-        s->curvature[i] = mesh ? p->mesh.curvature[i] : 1 / p->v->sample->radius;
-        any = any || s->hit[i];
-    }
-    return any;
+    trace(center, p, 0, 0, ours);
+    take_hits(s, center, ours);
+    s->use = rec_lanes_marked(s->hit);
+    FOR_LANES (i, s->use)
+        s->curvature[i] = p->v->raster ? p->mesh.curvature[i] : bend;
+    return s->use.end > 0;
 }
 
 // The ball that shines is a / r in sine: it is up as a whole where the lamp's middle is that high.
@@ -306,7 +334,7 @@ static void take_disc(struct strip *s, const struct viewing *v, const double *co
 {
     const double radius = v->lamp->radius;
     memset(s->disc, 0, sizeof s->disc);
-    for (int i = 0; i < LANES && radius > 0; i++) {
+    for (int i = s->use.first; i < s->use.end && radius > 0; i++) {
         double sine = radius / s->distance[i];
         s->disc[i] = sine * sine / 4;
         if (s->fate[i] == FATE_USED && cos_i[i] < sine)
@@ -314,34 +342,59 @@ static void take_disc(struct strip *s, const struct viewing *v, const double *co
     }
 }
 
+// Lanes whose photosites' edges need a look: all of a cylinder, whose ends come without warning.
+WIDE static lane_span edges(const struct strip *s, const struct viewing *v,
+                            const struct looks *look)
+{
+    bool need[LANES] = {0};
+    if (v->raster || v->sample->shape == SHAPE_CYLINDER)
+        return s->use;
+    FOR_LANES (i, s->use)
+        need[i] = s->hit[i] & (look->edge[i] > 0);
+    return rec_lanes_marked(need);
+}
+
+// The lit lanes whose photosites are wide; the others are so no more.
+WIDE static lane_span wide_lanes(const struct strip *restrict s, struct looks *restrict look)
+{
+    bool wide[LANES] = {0};
+    FOR_LANES (i, s->use) {
+        bool lit = (s->fate[i] == FATE_USED) | (s->fate[i] == FATE_TERMINATOR);
+        wide[i] = lit & (look->wide[i] > 0);
+        look->wide[i] = wide[i] ? 1 : 0;
+    }
+    return rec_lanes_marked(wide);
+}
+
+// A mean may see it, or be lit, from behind.
+static void find_turned(struct strip *s, lane_span span)
+{
+    FOR_LANES (i, span)
+        if (s->fate[i] == FATE_USED
+            && (vec3_dot(rec_lane(&s->normal, i), rec_lane(&s->wi, i)) <= 0
+                || vec3_dot(rec_lane(&s->normal, i), rec_lane(&s->wo, i)) <= 0))
+            s->fate[i] = FATE_TERMINATOR;
+}
+
 void rec_strip_footprints(struct strip *s, const struct viewing *v)
 {
     struct pencil p;
     struct ray_ends center;
     struct looks look = {0};
-    bool edge = v->sample->shape == SHAPE_CYLINDER, wide = false;  // its ends come without warning
     p.v = v;
     if (!begin(s, &p, &center))
         return;
     take_centers(s, &look, &center, &p.lens, v->eye, v->square, v->margin);
-    for (int i = 0; i < LANES; i++)
-        edge = edge || (s->hit[i] && look.edge[i] > 0);
+    lane_span closer = edges(s, v, &look);
     if (v->raster)
-        look_around_mesh(&look, &p);
-    else if (edge)
-        look_around(&look, &p);
-    for (int i = 0; i < LANES; i++) {
-        s->fate[i] = s->hit[i] ? fate_of(&look, center.m.hit[i], center.cos_i[i], i) : FATE_OUTLINE;
-        s->inner[i] = !(look.edge[i] > 0);
-    }
+        look_around_mesh(&look, &p, closer);
+    else if (closer.end > 0)
+        look_around(&look, &p, closer);
+    take_fates(s, &look, &center);
     take_disc(s, v, center.cos_i);
-    for (int i = 0; i < LANES; i++)
-        wide = wide || (s->fate[i] == FATE_USED && look.wide[i] > 0);
-    if (wide)
-        average(s, &p, look.wide);
-    for (int i = 0; i < LANES && wide; i++)  // a mean may see it, or be lit, from behind
-        if (s->fate[i] == FATE_USED
-            && (vec3_dot(rec_lane(&s->normal, i), rec_lane(&s->wi, i)) <= 0
-                || vec3_dot(rec_lane(&s->normal, i), rec_lane(&s->wo, i)) <= 0))
-            s->fate[i] = FATE_TERMINATOR;
+    lane_span wide = wide_lanes(s, &look);
+    if (wide.end > 0) {
+        average(s, &p, look.wide, wide);
+        find_turned(s, wide);
+    }
 }

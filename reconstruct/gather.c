@@ -131,7 +131,7 @@ static enum status add_strips(struct harvest *h, const struct gathering *g, cons
             rec_strip_make(&s, v, map);
             count_fates(&h->census, &s);
             status = rec_night_add(&night, &s, v, map, box, err);
-            if (status || !rec_strip_any(&s))
+            if (status || !rec_strip_narrow(&s))
                 continue;
             status = rec_shot_add(&h->shot, &s, err);
             if (!status && h->fine.slot)

@@ -10,6 +10,32 @@
 #include "calib.h"
 
 enum { LANES = 64 };  // some forty arrays of them fit in a first-level cache
+enum { BLOCK = 16 };  // what is worked on together, at least: a vector or two
+
+/** Lanes [first, end), both multiples of BLOCK: those that matter lie in it. */
+typedef struct {
+    int first, end;
+} lane_span;
+static const lane_span ALL_LANES = {0, LANES};
+
+/** All lanes of a span. That it is whole blocks the compiler is told once more: no lane is left
+ * over beside the vectors. */
+#define FOR_LANES(i, span)                                                                         \
+    for (int i = (span).first & -BLOCK, i##_end = (span).end & -BLOCK; i < i##_end; i++)
+
+/** The shortest span of the lanes that are marked; {0, 0}: none is. */
+static inline lane_span rec_lanes_marked(const bool marked[LANES])
+{
+    lane_span span = {LANES, 0};
+    for (int begin = 0; begin < LANES; begin += BLOCK) {
+        bool any = false;
+        for (int i = begin; i < begin + BLOCK; i++)
+            any |= marked[i];
+        span.first = any && begin < span.first ? begin : span.first;
+        span.end = any ? begin + BLOCK : span.end;
+    }
+    return span.end > 0 ? span : (lane_span){0, 0};
+}
 
 /** LANES vectors. */
 typedef struct {

@@ -4,11 +4,19 @@
 
 #include "lanes.h"
 
+enum { LENS_STEP = 8 };
+
+/** Weights of the four nodes about the pixels between two nodes, [node][pixel]. */
+struct span_weights {
+    double at[4][LENS_STEP], by_u[4][LENS_STEP];
+};
+
 /** Undistorted image coordinates (x/z, y/z in the camera's frame) at every LENS_STEP-th pixel.
  *  Owns node; {0} is empty; release with rec_lens_free(). */
 struct lens_table {
     double (*node)[2];  // [rows][columns]; node [1][1] is the pixel (0, 0)
     int columns, rows;
+    struct span_weights weights;
 };
 
 /** STATUS_MEMORY. */

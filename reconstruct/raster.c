@@ -147,9 +147,10 @@ void rec_raster_patches(struct patches *to, const struct raster *r, const struct
         take_patch(to, r, v, x0 + i, y, i);
 }
 
-WIDE void rec_patches_meet(struct meetings *m, const struct patches *p, double du, double dv)
+WIDE void rec_patches_meet(struct meetings *m, const struct patches *p, double du, double dv,
+                           lane_span span)
 {
-    for (int i = 0; i < LANES; i++) {
+    FOR_LANES (i, span) {
         double x = p->center.normal.x[i] + du * p->normal_by[0].x[i] + dv * p->normal_by[1].x[i];
         double y = p->center.normal.y[i] + du * p->normal_by[0].y[i] + dv * p->normal_by[1].y[i];
         double z = p->center.normal.z[i] + du * p->normal_by[0].z[i] + dv * p->normal_by[1].z[i];

@@ -33,6 +33,7 @@ struct patches {
 void rec_raster_patches(struct patches *patches, const struct raster *raster,
                         const struct viewing *viewing, int x0, int y);
 /** Meetings of an offset (du, dv) from the photosites' centres, |du| and |dv| at most a half. */
-void rec_patches_meet(struct meetings *m, const struct patches *patches, double du, double dv);
+void rec_patches_meet(struct meetings *m, const struct patches *patches, double du, double dv,
+                      lane_span span);
 
 #endif

@@ -61,16 +61,16 @@ void rec_strip_block(struct strip *s, const struct viewing *v)
             s->fate[i] = blocked(v, rec_lane(&s->point, i));
 }
 
-/** What the photosites of a strip read in one channel. */
+/** What the photosites of a strip read. */
 struct reading {
-    float value[LANES], variance[LANES];
-    double mine[LANES];  // 1: measured by this photosite; 0: another channel of a mosaic's
+    float value[3][LANES], variance[3][LANES];
+    float mine[3][LANES];  // 1: measured by this photosite; 0: another channel of a mosaic's
 };
 
 /** Lanes that are no measurement, by cause; 1 or 0. */
 struct failures {
-    double saturated[LANES], unusable[LANES];
-    double unlent[LANES];  // another channel of a mosaic is not known here
+    float saturated[LANES], unusable[LANES];
+    float unlent[LANES];  // another channel of a mosaic is not known here
 };
 
 // The variance of a mosaic's channel c between photosites: capture/ interpolated the value as the
@@ -87,74 +87,116 @@ static float variance_between(const struct radiance *map, int x, int y, int c)
     return count > 0 ? sum / (count * count) : INFINITY;
 }
 
-static void read_channel(struct reading *to, const struct strip *s, const struct radiance *map,
-                         int c)
+// Whole blocks, of pixels that lie side by side from value and variance on.
+WIDE static void part_channels(struct reading *to, const float *restrict value,
+                               const float *restrict variance, lane_span span)
 {
-    const size_t at = 3 * ((size_t)s->y * (size_t)map->width + (size_t)s->x0) + (size_t)c;
-    const int left = map->width - s->x0, count = left < LANES ? left : LANES;
-    for (int i = 0; i < LANES; i++) {
-        int k = i < count ? i : count - 1;
-        to->value[i] = map->value[at + 3 * (size_t)k];
-        to->variance[i] = map->variance[at + 3 * (size_t)k];
-        to->mine[i] = 1;
-    }
-    for (int i = 0; i < count && *map->cfa; i++) {
-        to->mine[i] = s->channel[i] == c;
-        if (s->channel[i] != c && s->fate[i] == FATE_USED)
-            to->variance[i] = variance_between(map, s->x0 + i, s->y, c);
-    }
+    FOR_LANES (i, span)
+        for (int c = 0; c < 3; c++) {
+            to->value[c][i] = value[3 * i + c];
+            to->variance[c][i] = variance[3 * i + c];
+            to->mine[c][i] = 1;
+        }
 }
 
-// f of one channel, its noise, and the part of the light that the board brought. Takes bounced
-// radiance where it leaves the part.
+// Blocks in use that lie in the image as a whole.
+static lane_span whole_blocks(const struct strip *s, const struct radiance *map)
+{
+    const int left = map->width - s->x0, whole = left < LANES ? left & -BLOCK : LANES;
+    const int end = s->use.end < whole ? s->use.end : whole;
+    return (lane_span){s->use.first, end > s->use.first ? end : s->use.first};
+}
+
+// Beyond the image's end its last pixel is repeated.
+static void read_pixels(struct reading *to, const struct strip *s, const struct radiance *map)
+{
+    const size_t at = 3 * ((size_t)s->y * (size_t)map->width + (size_t)s->x0);
+    const lane_span whole = whole_blocks(s, map);
+    const int left = map->width - s->x0;
+    part_channels(to, map->value + at, map->variance + at, whole);
+    for (int i = whole.end; i < s->use.end; i++)
+        for (int c = 0; c < 3; c++) {
+            size_t k = at + 3 * (size_t)(i < left ? i : left - 1) + (size_t)c;
+            to->value[c][i] = map->value[k];
+            to->variance[c][i] = map->variance[k];
+            to->mine[c][i] = 1;
+        }
+}
+
+static void read_mosaic(struct reading *to, const struct strip *s, const struct radiance *map)
+{
+    for (int i = s->use.first; i < s->use.end && s->x0 + i < map->width; i++)
+        for (int c = 0; c < 3; c++) {
+            to->mine[c][i] = s->channel[i] == c;
+            if (s->channel[i] != c && s->fate[i] == FATE_USED)
+                to->variance[c][i] = variance_between(map, s->x0 + i, s->y, c);
+        }
+}
+
+// f of one channel and its noise. gain: 1 / (vignetting irradiance).
 WIDE static void take_channel(struct strip *s, struct failures *failed, const struct reading *r,
-                              const double *vignetting, int c, double light)
+                              const double *vignetting, const double *gain, int c, double per_light)
 {
     const double limit = 1e5;  // 1/sr: a mirror whose lobe is 0.1 degrees wide; see bins.c
-    const double most = 49;    // 98 % of the light
-    for (int i = 0; i < LANES; i++) {
-        double value = (double)r->value[i], variance = (double)r->variance[i];
-        double extra = vignetting[i] * s->bounced[c][i], rest = value - extra;
-        double scale = 1 / (vignetting[i] * light * s->irradiance[i]);
-        double f = rest * scale;
+    FOR_LANES (i, s->use) {
+        double value = (double)r->value[c][i], variance = (double)r->variance[c][i];
+        double extra = vignetting[i] * s->bounced[c][i];
+        double scale = gain[i] * per_light, f = (value - extra) * scale;
         double doubt = s->doubt[i] * extra, noise = (variance + doubt * doubt) * scale * scale;
-        double least = extra / most, part = extra / (rest > least ? rest : least);
         double size = f < 0 ? -f : f;
-        bool mine = r->mine[i] > 0;
+        bool mine = r->mine[c][i] > 0;
         bool good = (size < limit) & (noise >= 0) & (noise < limit * limit);
         failed->saturated[i] = (mine & (variance > (double)FLT_MAX)) ? 1 : failed->saturated[i];
         failed->unusable[i] = (mine & !good) ? 1 : failed->unusable[i];
         failed->unlent[i] = (mine | good) ? failed->unlent[i] : 1;
         s->f[c][i] = f;
         s->noise[c][i] = noise;
-        s->bounced[c][i] = (mine & (extra > 0)) ? part : 0;
     }
 }
 
-// What the lens leaves of the light (cal_vignetting, side by side).
-WIDE static void find_vignetting(double *left, const struct strip *s, const struct camera *camera)
+// Takes bounced radiance, and leaves the part of the lamp's light that it was.
+WIDE static void take_part(struct strip *s, const struct reading *r, const double *vignetting,
+                           int c)
+{
+    const double most = 49;  // 98 % of the light
+    FOR_LANES (i, s->use) {
+        double extra = vignetting[i] * s->bounced[c][i], rest = (double)r->value[c][i] - extra;
+        double least = extra / most, part = extra / (rest > least ? rest : least);
+        s->bounced[c][i] = ((r->mine[c][i] > 0) & (extra > 0)) ? part : 0;
+    }
+}
+
+// What the lens leaves of the light (cal_vignetting, side by side), and 1 / (that, irradiance).
+WIDE static void find_vignetting(double *restrict left, double *restrict gain,
+                                 const struct strip *s, const struct camera *camera)
 {
     const double w = camera->width, h = camera->height, scale = 4 / (w * w + h * h);
     const double dy = s->y - camera->center[1], x0 = s->x0 - camera->center[0];
     const double a = camera->vignetting[0], b = camera->vignetting[1];
-    for (int i = 0; i < LANES; i++) {
+    FOR_LANES (i, s->use) {
         double dx = x0 + i, q = scale * (dx * dx + dy * dy), v = 1 + q * (a + q * b);
         v = v > 1e-3 ? v : 1e-3;
-        left[i] = v < 1 ? v : 1;
+        v = v < 1 ? v : 1;
+        left[i] = v;
+        gain[i] = 1 / (v * s->irradiance[i]);
     }
 }
 
-static void read_strip(struct strip *s, const struct viewing *v, const struct radiance *map)
+static void find_channels(struct strip *s, const struct radiance *map)
 {
-    struct failures failed = {0};
-    struct reading reading;
-    double vignetting[LANES];
+    FOR_LANES (i, s->use) {
+        s->channel[i] = *map->cfa ? cap_radiance_channel(map, s->x0 + i, s->y) : -1;
+        s->lends[i] = false;
+    }
+}
+
+// The light that the board brings: radiance, and how sure it is.
+static void find_bounced_light(struct strip *s, const struct viewing *v)
+{
     memset(s->bounced, 0, sizeof s->bounced);
     memset(s->doubt, 0, sizeof s->doubt);
-    find_vignetting(vignetting, s, v->camera);
-    for (int i = 0; i < LANES; i++) {
-        s->channel[i] = *map->cfa ? cap_radiance_channel(map, s->x0 + i, s->y) : -1;
-        if (!v->bounce || s->fate[i] != FATE_USED)
+    for (int i = s->use.first; i < s->use.end && v->bounce; i++) {
+        if (s->fate[i] != FATE_USED)
             continue;
         const sight at = {rec_lane(&s->point, i), rec_lane(&s->normal, i), rec_lane(&s->wo, i)};
         struct bounced_light light = rec_bounce_at(v->bounce, &at, s->x0 + i, s->y);
@@ -162,60 +204,111 @@ static void read_strip(struct strip *s, const struct viewing *v, const struct ra
         for (int c = 0; c < 3; c++)
             s->bounced[c][i] = light.radiance[c];
     }
-    for (int c = 0; c < 3; c++) {
-        read_channel(&reading, s, map, c);
-        take_channel(s, &failed, &reading, vignetting, c, v->light[c]);
-    }
-    for (int i = 0; i < LANES; i++) {
-        s->lends[i] = s->channel[i] >= 0 && s->inner[i] && !(failed.unlent[i] > 0);
+}
+
+// Which photosites of a mosaic lend the channels that they did not measure.
+static void lend(struct strip *s, const struct failures *failed)
+{
+    FOR_LANES (i, s->use) {
+        s->lends[i] = s->channel[i] >= 0 && s->inner[i] && !(failed->unlent[i] > 0);
         for (int c = 0; c < 3 && s->channel[i] >= 0; c++)
             if (c != s->channel[i] && !s->lends[i])
                 s->f[c][i] = s->noise[c][i] = 0;
+    }
+}
+
+static void read_strip(struct strip *s, const struct viewing *v, const struct radiance *map)
+{
+    struct failures failed = {0};
+    struct reading reading;
+    double vignetting[LANES], gain[LANES];
+    find_vignetting(vignetting, gain, s, v->camera);
+    find_channels(s, map);
+    find_bounced_light(s, v);
+    read_pixels(&reading, s, map);
+    if (*map->cfa)
+        read_mosaic(&reading, s, map);
+    for (int c = 0; c < 3; c++) {
+        take_channel(s, &failed, &reading, vignetting, gain, c, 1 / v->light[c]);
+        if (v->bounce)
+            take_part(s, &reading, vignetting, c);
+    }
+    if (*map->cfa)
+        lend(s, &failed);
+    FOR_LANES (i, s->use)
         if (s->fate[i] == FATE_USED)
             s->fate[i] = failed.saturated[i] > 0  ? FATE_SATURATED
                          : failed.unusable[i] > 0 ? FATE_UNUSABLE
                                                   : FATE_USED;
+}
+
+/** Sums over columns of three photosites in all channels: [1 + i] is lane i's. Photosites that were
+ *  saturated in all frames, and the other channels of a mosaic, have nothing to tell. */
+struct columns {
+    float value[LANES + 2], variance[LANES + 2], count[LANES + 2];
+};
+
+static inline void add_pixel(struct columns *to, const float *value, const float *variance, int i)
+{
+    for (int c = 0; c < 3; c++) {
+        float x = value[3 * i + c], v = variance[3 * i + c];
+        bool tells = (x <= FLT_MAX) & (x >= -FLT_MAX) & (v <= FLT_MAX);
+        to->value[1 + i] += tells ? x : 0;
+        to->variance[1 + i] += tells ? v : 0;
+        to->count[1 + i] += tells ? 1 : 0;
     }
 }
 
-/** Sums over columns of three photosites in all channels, x0 - 1 first. Photosites that were
- *  saturated in all frames, and the other channels of a mosaic, have nothing to tell. */
-struct columns {
-    double value[LANES + 2], variance[LANES + 2], count[LANES + 2];
-};
-
-WIDE static void add_row(struct columns *to, const float *value, const float *variance, int first,
-                         int end)
+WIDE static void add_pixels(struct columns *restrict to, const float *restrict value,
+                            const float *restrict variance, lane_span span)
 {
-    for (int k = first; k < end; k++)
-        for (int c = 0; c < 3; c++) {
-            float x = value[3 * (k - first) + c], v = variance[3 * (k - first) + c];
-            bool tells = (x <= FLT_MAX) & (x >= -FLT_MAX) & (v <= FLT_MAX);
-            to->value[k] += tells ? (double)x : 0;
-            to->variance[k] += tells ? (double)v : 0;
-            to->count[k] += tells ? 1 : 0;
-        }
+    FOR_LANES (i, span)
+        add_pixel(to, value, variance, i);
+}
+
+// A row of the map: lanes in use, and one more each way.
+static void add_row(struct columns *to, const struct strip *s, const struct radiance *map, int y)
+{
+    const size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)s->x0);
+    const float *value = map->value + at, *variance = map->variance + at;
+    const lane_span whole = whole_blocks(s, map);
+    const int left = map->width - s->x0, end = s->use.end + 1 < left ? s->use.end + 1 : left;
+    if (s->x0 + s->use.first > 0)
+        add_pixel(to, value, variance, s->use.first - 1);
+    add_pixels(to, value, variance, whole);
+    for (int i = whole.end; i < end; i++)
+        add_pixel(to, value, variance, i);
 }
 
 // Noise of each photosite's surroundings relative to their radiance, squared: what its own is
 // expected to be. Weights are of it, so that they are no function of the photosite's own noise:
 // inverse variances in units of the best that counts. No sample is trusted beyond 0.1 %; weights
 // lie in (0, 1] and a bin's fixed-point sums cannot overflow.
-WIDE static void weigh(struct strip *s, const struct columns *around, double bounce_sigma)
+WIDE static void weigh(struct strip *s, const struct columns *around)
 {
-    const double best = 1e-6, worst = 1e4, some = bounce_sigma * bounce_sigma;
-    for (int i = 0; i < LANES; i++) {
-        double value = around->value[i] + around->value[i + 1] + around->value[i + 2];
-        double variance = around->variance[i] + around->variance[i + 1] + around->variance[i + 2];
-        double count = around->count[i] + around->count[i + 1] + around->count[i + 2];
+    const double best = 1e-6, worst = 1e4;
+    FOR_LANES (i, s->use) {
+        double value = (double)(around->value[i] + around->value[i + 1] + around->value[i + 2]);
+        double variance =
+            (double)(around->variance[i] + around->variance[i + 1] + around->variance[i + 2]);
+        double count = (double)(around->count[i] + around->count[i + 1] + around->count[i + 2]);
         double noise = value > 0 ? variance * count / (value * value) : 1;
         double sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];
-        double bounced = s->channel[i] < 0 ? sum / 3 : sum;
-        double shared = s->systematic[i] * s->systematic[i] + some * bounced * bounced;
-        double total = noise + shared + s->doubt[i] * bounced * (s->doubt[i] * bounced);
+        double bounced = s->channel[i] < 0 ? sum / 3 : sum, doubt = s->doubt[i] * bounced;
+        double total = noise + s->systematic[i] * s->systematic[i] + doubt * doubt;
         total = total < best ? best : total;
         s->weight[i] = best / (total < worst ? total : worst);
-        s->systematic[i] = sqrt(shared);
+    }
+}
+
+// The board's light errs by as much at all photosites: a shared error of f.
+WIDE static void share_bounced(struct strip *s, double bounce_sigma)
+{
+    const double some = bounce_sigma * bounce_sigma;
+    FOR_LANES (i, s->use) {
+        double sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];
+        double bounced = s->channel[i] < 0 ? sum / 3 : sum, own = s->systematic[i];
+        s->systematic[i] = sqrt(own * own + some * bounced * bounced);
     }
 }
 
@@ -225,7 +318,7 @@ WIDE static void weigh(struct strip *s, const struct columns *around, double bou
 static void find_bounced(struct strip *s, double caution)
 {
     const double most = 0.3;  // 1 sigma of f by the subtraction alone
-    for (int i = 0; i < LANES; i++) {
+    FOR_LANES (i, s->use) {
         double sigma2 = caution * caution + s->doubt[i] * s->doubt[i];
         double sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];
         double bounced = s->channel[i] < 0 ? sum / 3 : sum;
@@ -237,19 +330,17 @@ static void find_bounced(struct strip *s, double caution)
 static void weigh_strip(struct strip *s, const struct viewing *v, const struct radiance *map)
 {
     struct columns around = {0};
-    int first = s->x0 > 0 ? 0 : 1, left = map->width - s->x0 + 1;
-    int end = left < LANES + 2 ? left : LANES + 2;
-    for (int y = s->y > 0 ? s->y - 1 : 0; y <= s->y + 1 && y < map->height; y++) {
-        size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)(s->x0 - 1 + first));
-        add_row(&around, map->value + at, map->variance + at, first, end);
-    }
-    weigh(s, &around, v->bounce_sigma);
+    for (int y = s->y > 0 ? s->y - 1 : 0; y <= s->y + 1 && y < map->height; y++)
+        add_row(&around, s, map, y);
+    if (v->bounce)
+        share_bounced(s, v->bounce_sigma);
+    weigh(s, &around);
 }
 
 // Photosites too far from what the neighbours of their bins say.
 static void find_strays(struct strip *s, const struct consensus *consensus)
 {
-    for (int i = 0; i < LANES; i++) {
+    FOR_LANES (i, s->use) {
         s->unlike[i] = (comparison){.residual = NAN};
         if (s->fate[i] == FATE_USED && consensus) {
             candidate m = {{s->theta_h[i], s->theta_d[i], s->phi_d[i]},
@@ -267,7 +358,7 @@ void rec_strip_make(struct strip *s, const struct viewing *v, const struct radia
 {
     rec_strip_footprints(s, v);
     rec_strip_block(s, v);
-    if (!rec_strip_any(s))
+    if (!rec_strip_narrow(s))
         return;
     rec_strip_angles(s);
     rec_strip_errors(s, v);

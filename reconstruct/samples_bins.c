@@ -157,7 +157,7 @@ static enum status add_rows(struct shot_bins *shot, const struct rows *rows, int
 {
     enum status status = STATUS_OK;
     for (int first = 0; first < count && !status; first += LANES) {
-        struct strip s = {.to = LANES};
+        struct strip s = {.to = LANES, .use = ALL_LANES};
         for (int i = 0; i < LANES; i++) {
             s.fate[i] = FATE_UNUSABLE;
             if (first + i >= count)

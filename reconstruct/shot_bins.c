@@ -68,31 +68,72 @@ static inline double at_most(double x, double most)
     return x < most ? x : most;
 }
 
-// The terms of all lanes, of which only the used ones have a meaning: [lane][term].
-WIDE static void make_terms(double (*term)[SHOT_TERMS], const struct strip *s)
+// The terms of a block of lanes, of which only the used ones have a meaning.
+WIDE static void make_terms(double (*restrict term)[BLOCK], const struct strip *restrict s,
+                            int begin)
 {
-    for (int i = 0; i < LANES; i++) {
+    for (int k = 0; k < BLOCK; k++) {
+        const int i = begin + k;
         double w = s->weight[i], phi_d = s->phi_d[i];
-        term[i][T_COUNT] = 1;
-        term[i][T_W] = w;
-        term[i][T_SYSTEMATIC] = w * at_most(s->systematic[i], 1e3);
-        term[i][T_TILT] = w * at_most(s->tilt[i], CAP_PI);
-        term[i][T_DISC] = w * at_most(s->disc[i], 1);
-        term[i][T_SPREAD] = w * at_most(s->spread[0][i], 1);
-        term[i][T_SPREAD + 1] = w * at_most(s->spread[1][i], 1);
-        term[i][T_ANGLE] = w * s->theta_h[i];
-        term[i][T_ANGLE + 1] = w * s->theta_d[i];
-        term[i][T_ANGLE + 2] = w * (phi_d < 0 ? phi_d + CAP_PI : phi_d);
+        term[T_COUNT][k] = 1;
+        term[T_W][k] = w;
+        term[T_SYSTEMATIC][k] = w * at_most(s->systematic[i], 1e3);
+        term[T_TILT][k] = w * at_most(s->tilt[i], CAP_PI);
+        term[T_DISC][k] = w * at_most(s->disc[i], 1);
+        term[T_SPREAD][k] = w * at_most(s->spread[0][i], 1);
+        term[T_SPREAD + 1][k] = w * at_most(s->spread[1][i], 1);
+        term[T_ANGLE][k] = w * s->theta_h[i];
+        term[T_ANGLE + 1][k] = w * s->theta_d[i];
+        term[T_ANGLE + 2][k] = w * (phi_d < 0 ? phi_d + CAP_PI : phi_d);
         for (int c = 0; c < 3; c++) {
-            double f = s->f[c][i];
-            term[i][T_F + c] = w * f;
-            term[i][T_FF + c] = w * f * f;
-            bool measured = (s->channel[i] < 0) | (s->channel[i] == c);
-            term[i][T_NOISE + c] = w * (measured ? w * s->noise[c][i] : sqrt(s->noise[c][i]));
-            term[i][T_BOUNCED + c] = w * s->bounced[c][i];
+            term[T_F + c][k] = w * s->f[c][i];
+            term[T_FF + c][k] = w * s->f[c][i] * s->f[c][i];
+            term[T_NOISE + c][k] = w * (w * s->noise[c][i]);
+            term[T_BOUNCED + c][k] = w * s->bounced[c][i];
         }
-        for (int k = T_END; k < SHOT_TERMS; k++)
-            term[i][k] = 0;
+    }
+}
+
+// What a mosaic's photosites lend is as unsure as their neighbours are, however many there are.
+static void lend_noise(double (*term)[BLOCK], const struct strip *s, int begin)
+{
+    for (int k = 0; k < BLOCK; k++)
+        for (int c = 0; c < 3 && s->channel[begin + k] >= 0; c++)
+            if (s->channel[begin + k] != c)
+                term[T_NOISE + c][k] = s->weight[begin + k] * sqrt(s->noise[c][begin + k]);
+}
+
+/** Numbers that are moved as one; they may lie anywhere. */
+typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
+typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
+
+// Terms side by side for each lane: 4 x 4 numbers at a time are turned over their diagonal.
+WIDE static void turn_terms(double (*restrict lane)[SHOT_TERMS],
+                            const double (*restrict term)[BLOCK])
+{
+    for (int t = 0; t < SHOT_TERMS; t += 4)
+        for (int k = 0; k < BLOCK; k += 4) {
+            four a = *(const four *)(term[t] + k), b = *(const four *)(term[t + 1] + k);
+            four c = *(const four *)(term[t + 2] + k), d = *(const four *)(term[t + 3] + k);
+            four ab0 = __builtin_shufflevector(a, b, 0, 4, 2, 6);  // lanes 0 and 2 of both
+            four ab1 = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+            four cd0 = __builtin_shufflevector(c, d, 0, 4, 2, 6);
+            four cd1 = __builtin_shufflevector(c, d, 1, 5, 3, 7);
+            *(four *)(lane[k] + t) = __builtin_shufflevector(ab0, cd0, 0, 1, 4, 5);
+            *(four *)(lane[k + 1] + t) = __builtin_shufflevector(ab1, cd1, 0, 1, 4, 5);
+            *(four *)(lane[k + 2] + t) = __builtin_shufflevector(ab0, cd0, 2, 3, 6, 7);
+            *(four *)(lane[k + 3] + t) = __builtin_shufflevector(ab1, cd1, 2, 3, 6, 7);
+        }
+}
+
+static void lane_terms(double (*lane)[SHOT_TERMS], const struct strip *s)
+{
+    double term[SHOT_TERMS][BLOCK];
+    memset(term[T_END], 0, (SHOT_TERMS - T_END) * sizeof *term);
+    for (int begin = s->use.first; begin < s->use.end; begin += BLOCK) {
+        make_terms(term, s, begin);
+        lend_noise(term, s, begin);
+        turn_terms(lane + begin, (const double(*)[BLOCK])term);
     }
 }
 
@@ -101,33 +142,76 @@ static int index_of(struct grid grid, const struct strip *s, int i)
     return rec_grid_index(grid, (half_diff){s->theta_h[i], s->theta_d[i], s->phi_d[i]});
 }
 
-enum status rec_shot_add(struct shot_bins *shot, const struct strip *s, struct error *err)
+// Lanes beside each other that belong in the same bin, in their order.
+WIDE static void add_run(double *sum, const double (*term)[SHOT_TERMS], int count)
+{
+    static_assert(SHOT_TERMS == 24, "three times eight");
+    eight a = *(eight *)sum, b = *(eight *)(sum + 8), c = *(eight *)(sum + 16);
+    for (int i = 0; i < count; i++) {
+        a += *(const eight *)term[i];
+        b += *(const eight *)(term[i] + 8);
+        c += *(const eight *)(term[i] + 16);
+    }
+    *(eight *)sum = a;
+    *(eight *)(sum + 8) = b;
+    *(eight *)(sum + 16) = c;
+}
+
+// Where a sample belongs: index into sums; -1: no memory.
+static inline int place_of(struct shot_bins *shot, const struct strip *s, int i, bool merl,
+                           size_t bins)
+{
+    bool mosaic = s->channel[i] >= 0;
+    int plane = 4 * (mosaic ? s->channel[i] : 0) + 2 * (mosaic && s->lends[i]) + (s->phi_d[i] < 0);
+    int bin = merl ? s->bin[i] : index_of(shot->grid, s, i);
+    int32_t *slot = &shot->slot[(size_t)plane * bins + (size_t)bin];
+    if (!*slot && begin_sums(shot, bin, plane, s->channel[i]))
+        *slot = shot->count;
+    return *slot - 1;
+}
+
+// The places of all lanes, -1 of those that are not in use; what is there is asked for at once.
+static enum status find_places(int place[LANES + 1], struct shot_bins *shot, const struct strip *s,
+                               struct error *err)
 {
     const bool merl = memcmp(&shot->grid, &rec_merl_grid, sizeof shot->grid) == 0;
-    const int bins = rec_grid_bins(shot->grid);
-    double term[LANES][SHOT_TERMS];
-    if (!shot->slot)
-        shot->slot = calloc(PLANES * (size_t)bins, sizeof *shot->slot);
-    if (!shot->slot)
-        return out_of_memory(err);
-    make_terms(term, s);
-    for (int i = 0; i < LANES; i++) {
+    const size_t bins = (size_t)rec_grid_bins(shot->grid);
+    int last = -1;
+    place[s->use.end] = -1;
+    for (int i = s->use.first; i < s->use.end; i++) {
+        place[i] = -1;
         if (s->fate[i] != FATE_USED)
             continue;
         assert(s->weight[i] > 0 && s->weight[i] <= 1 && s->channel[i] < 3);
-        bool mosaic = s->channel[i] >= 0;
-        int plane =
-            4 * (mosaic ? s->channel[i] : 0) + 2 * (mosaic && s->lends[i]) + (s->phi_d[i] < 0);
-        int bin = merl ? s->bin[i] : index_of(shot->grid, s, i);
-        int32_t *slot = &shot->slot[(size_t)plane * (size_t)bins + (size_t)bin];
-        if (!*slot) {
-            if (!begin_sums(shot, bin, plane, s->channel[i]))
-                return out_of_memory(err);
-            *slot = shot->count;
-        }
-        double *sum = shot->sums[*slot - 1].term;
-        for (int k = 0; k < SHOT_TERMS; k++)
-            sum[k] += term[i][k];
+        place[i] = place_of(shot, s, i, merl, bins);
+        if (place[i] < 0)
+            return out_of_memory(err);
+        if (place[i] != last)
+            for (int k = 0; k < SHOT_TERMS; k += 8)
+                __builtin_prefetch(&shot->sums[place[i]].term[k], 1);
+        last = place[i];
+    }
+    return STATUS_OK;
+}
+
+enum status rec_shot_add(struct shot_bins *shot, const struct strip *s, struct error *err)
+{
+    double term[LANES][SHOT_TERMS];
+    int place[LANES + 1];
+    if (!shot->slot)
+        shot->slot = calloc(PLANES * (size_t)rec_grid_bins(shot->grid), sizeof *shot->slot);
+    if (!shot->slot)
+        return out_of_memory(err);
+    enum status status = find_places(place, shot, s, err);
+    if (status)
+        return status;
+    lane_terms(term, s);
+    for (int begin = s->use.first, i = begin + 1; begin < s->use.end; begin = i++) {
+        while (place[begin] >= 0 && place[i] == place[begin])
+            i++;
+        if (place[begin] >= 0)
+            add_run(shot->sums[place[begin]].term, (const double(*)[SHOT_TERMS])term + begin,
+                    i - begin);
     }
     return STATUS_OK;
 }

@@ -11,6 +11,7 @@
  *  by irradiance (footprint.c). */
 struct strip {
     int x0, y, from, to;
+    lane_span use;          // lanes that are still in use lie in it, others have no meaning
     bool hit[LANES];        // the centre's ray meets the sample
     bool inner[LANES];      // outline and terminator are some photosites away
     enum fate fate[LANES];  // all that follows has a meaning where this is FATE_USED
@@ -34,13 +35,14 @@ struct strip {
     comparison unlike[LANES];
 };
 
-/** Lanes of a strip that are still in use. */
-static inline bool rec_strip_any(const struct strip *s)
+/** Look only at lanes that are still in use, from now on; false: there are none. */
+static inline bool rec_strip_narrow(struct strip *s)
 {
+    bool used[LANES];
     for (int i = 0; i < LANES; i++)
-        if (s->fate[i] == FATE_USED)
-            return true;
-    return false;
+        used[i] = s->fate[i] == FATE_USED;
+    s->use = rec_lanes_marked(used);
+    return s->use.end > 0;
 }
 
 /** All that a strip's photosites measure: x0, y, from and to say which they are. */

@@ -40,7 +40,7 @@ static inline double any_atan2(double y, double x)
 
 WIDE static void take_angles(struct strip *s)
 {
-    for (int i = 0; i < LANES; i++) {
+    FOR_LANES (i, s->use) {
         double nx = s->normal.x[i], ny = s->normal.y[i], nz = s->normal.z[i];
         double ix = s->wi.x[i], iy = s->wi.y[i], iz = s->wi.z[i];
         double ox = s->wo.x[i], oy = s->wo.y[i], oz = s->wo.z[i];
@@ -68,7 +68,7 @@ static inline int bin_of(double place, int bins)
 WIDE static void take_bins(struct strip *s)
 {
     const double per_right = 2 / CAP_PI;  // 1 / a right angle
-    for (int i = 0; i < LANES; i++) {
+    FOR_LANES (i, s->use) {
         double phi_d = s->phi_d[i] < 0 ? s->phi_d[i] + CAP_PI : s->phi_d[i];
         int h = bin_of(sqrt(s->theta_h[i] * per_right) * MERL_THETA_H, MERL_THETA_H);
         int d = bin_of(s->theta_d[i] * per_right * MERL_THETA_D, MERL_THETA_D);

@@ -7,6 +7,8 @@
  */
 #include "surface.h"
 
+#include <assert.h>
+
 /** A sphere or cylinder seen from an eye. The caps of a cylinder are not sample, and what enters
  *  through one has not met it. */
 struct round_body {
@@ -31,10 +33,10 @@ static struct round_body body_of(const struct sample *s, vec3 eye)
 }
 
 WIDE static void meet_round(struct meetings *to, const struct round_body *of, const vec3_lanes *d,
-                            int count)
+                            lane_span span)
 {
     const struct round_body b = *of;
-    for (int i = 0; i < count; i++) {
+    FOR_LANES (i, span) {
         double dx = d->x[i], dy = d->y[i], dz = d->z[i];
         double along = dx * b.axis.x + dy * b.axis.y + dz * b.axis.z;
         double px = dx - along * b.axis.x, py = dy - along * b.axis.y, pz = dz - along * b.axis.z;
@@ -55,34 +57,29 @@ WIDE static void meet_round(struct meetings *to, const struct round_body *of, co
     }
 }
 
-static void meet_mesh(struct meetings *to, const struct sample *s, vec3 eye, const vec3_lanes *ray,
-                      int count)
+void rec_meet_all(struct meetings *m, const struct sample *sample, vec3 eye, const vec3_lanes *ray,
+                  lane_span span)
 {
-    for (int i = 0; i < count; i++) {
-        vec3 d = rec_lane(ray, i);
-        mesh_hit hit = cal_mesh_meet(s->mesh, eye, d);
-        to->hit[i] = hit.s < INFINITY ? 1 : 0;
-        rec_lane_set(&to->point, i, vec3_add(eye, vec3_scale(d, hit.s < INFINITY ? hit.s : 0)));
-        rec_lane_set(&to->normal, i, hit.normal);
-    }
+    assert(sample->shape != SHAPE_MESH);
+    struct round_body body = body_of(sample, eye);
+    meet_round(m, &body, ray, span);
 }
 
-void rec_meet_all(struct meetings *m, const struct sample *sample, vec3 eye, const vec3_lanes *ray,
-                  int count)
+static meeting meet_mesh(const struct mesh *mesh, vec3 eye, vec3 direction)
 {
-    if (sample->shape == SHAPE_MESH) {
-        meet_mesh(m, sample, eye, ray, count);
-        return;
-    }
-    struct round_body body = body_of(sample, eye);
-    meet_round(m, &body, ray, count);
+    mesh_hit hit = cal_mesh_meet(mesh, eye, direction);
+    bool met = hit.s < INFINITY;
+    return (meeting){met, vec3_add(eye, vec3_scale(direction, met ? hit.s : 0)), hit.normal};
 }
 
 meeting rec_meet(const struct sample *sample, vec3 eye, vec3 direction)
 {
     struct meetings m;
     vec3_lanes ray;
-    rec_lane_set(&ray, 0, direction);
-    rec_meet_all(&m, sample, eye, &ray, 1);
+    if (sample->shape == SHAPE_MESH)
+        return meet_mesh(sample->mesh, eye, direction);
+    for (int i = 0; i < BLOCK; i++)
+        rec_lane_set(&ray, i, direction);
+    rec_meet_all(&m, sample, eye, &ray, (lane_span){0, BLOCK});
     return (meeting){m.hit[0] > 0, rec_lane(&m.point, 0), rec_lane(&m.normal, 0)};
 }

@@ -19,8 +19,8 @@ struct meetings {
     vec3_lanes point, normal;
     double hit[LANES];  // 1 or 0
 };
-/** The first `count` rays. */
+/** The rays of a span; of a sphere or cylinder. */
 void rec_meet_all(struct meetings *m, const struct sample *sample, vec3 eye, const vec3_lanes *ray,
-                  int count);
+                  lane_span span);
 
 #endif

@@ -35,7 +35,7 @@ static void add_shot(struct tally *tally, const reflectance_sample *sample, int 
 {
     struct shot_bins shot = {.grid = tally->grid};
     for (int i = 0; i < count; i++) {
-        struct strip s = {.x0 = 0};
+        struct strip s = {.use = ALL_LANES};
         for (int k = 1; k < LANES; k++)
             s.fate[k] = FATE_DARK;
         s.theta_h[0] = sample[i].angles.theta_h;

@@ -194,7 +194,7 @@ static void test_systematic_errors_are_derivatives(void **state)
         *sigma[k] = 0;
     }
     s->view.sigma_power = 0.011;  // of 1.1
-    assert_near(systematic(s, x, y), 0.01, 1e-12);
+    assert_near(systematic(s, x, y), 0.01, 0.01 * 2e-7);  // a few roundings of single precision
     free_scene(s);
 }
 

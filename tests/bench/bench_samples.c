@@ -45,7 +45,7 @@ static int64_t pass(struct tally *tally, struct shot_bins *shot, const struct vi
             rec_strip_make(&s, v, map);
             for (int i = 0; i < LANES; i++)
                 used += s.fate[i] == FATE_USED;
-            if (rec_strip_any(&s) && rec_shot_add(shot, &s, NULL))
+            if (rec_strip_narrow(&s) && rec_shot_add(shot, &s, NULL))
                 return 0;
         }
     return rec_shot_end(shot, tally, NULL) ? 0 : used;
