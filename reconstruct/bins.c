@@ -42,25 +42,37 @@ void rec_tally_free(struct tally *tally)
 {
     free(tally->slot);
     free(tally->sums);
+    free(tally->mosaic);
     *tally = (struct tally){0};
 }
 
-// The sums of a bin, new ones where it had none; NULL: no memory.
-static struct bin_sums *sums_of(struct tally *t, int bin)
+// Twice the room, also for a mosaic's sums where there are any. false: no memory.
+static bool grow(struct tally *t)
+{
+    const int room = t->room ? 2 * t->room : 4096;
+    struct bin_sums *sums = realloc(t->sums, (size_t)room * sizeof *sums);
+    t->sums = sums ? sums : t->sums;
+    struct mosaic_sums *mosaic =
+        t->mosaic && sums ? realloc(t->mosaic, (size_t)room * sizeof *mosaic) : NULL;
+    if (!sums || (t->mosaic && !mosaic))
+        return false;
+    t->mosaic = mosaic;
+    t->room = room;
+    return true;
+}
+
+// The index of a bin's sums, new ones where it had none; -1: no memory.
+static int place_of(struct tally *t, int bin)
 {
     if (t->slot[bin])
-        return &t->sums[t->slot[bin] - 1];
-    if (t->count == t->room) {
-        int room = t->room ? 2 * t->room : 4096;
-        struct bin_sums *sums = realloc(t->sums, (size_t)room * sizeof *sums);
-        if (!sums)
-            return NULL;
-        t->sums = sums;
-        t->room = room;
-    }
+        return t->slot[bin] - 1;
+    if (t->count == t->room && !grow(t))
+        return -1;
     t->sums[t->count] = (struct bin_sums){0};
+    if (t->mosaic)
+        t->mosaic[t->count] = (struct mosaic_sums){0};
     t->slot[bin] = ++t->count;
-    return &t->sums[t->count - 1];
+    return t->count - 1;
 }
 
 static enum status out_of_memory(struct error *err)
@@ -85,6 +97,14 @@ static void add_sums(struct bin_sums *to, const struct bin_sums *from)
         to->w_angle[c] += from->w_angle[c];
         to->ww_noise[c] += from->ww_noise[c];
         to->w_f_back[c] += from->w_f_back[c];
+        to->ww_noise_back[c] += from->ww_noise_back[c];
+        to->w_bounced[c] += from->w_bounced[c];
+    }
+}
+
+static void add_mosaic(struct mosaic_sums *to, const struct mosaic_sums *from)
+{
+    for (int c = 0; c < 3; c++) {
         to->own_w[c] += from->own_w[c];
         to->lent_w[c] += from->lent_w[c];
         to->lent_w_f[c] += from->lent_w_f[c];
@@ -93,19 +113,26 @@ static void add_sums(struct bin_sums *to, const struct bin_sums *from)
             to->own_w_angle[c][i] += from->own_w_angle[c][i];
             to->lent_w_angle[c][i] += from->lent_w_angle[c][i];
         }
-        to->ww_noise_back[c] += from->ww_noise_back[c];
-        to->w_bounced[c] += from->w_bounced[c];
     }
 }
 
 enum status rec_tally_add_sums(struct tally *tally, int bin, const struct bin_sums *sums,
-                               struct error *err)
+                               const struct mosaic_sums *mosaic, struct error *err)
 {
-    struct bin_sums *to = sums_of(tally, bin);
-    if (!to)
+    int place = place_of(tally, bin);
+    if (place >= 0 && mosaic && !tally->mosaic)
+        tally->mosaic = calloc((size_t)tally->room, sizeof *tally->mosaic);
+    if (place < 0 || (mosaic && !tally->mosaic))
         return out_of_memory(err);
-    add_sums(to, sums);
+    add_sums(&tally->sums[place], sums);
+    if (mosaic)
+        add_mosaic(&tally->mosaic[place], mosaic);
     return STATUS_OK;
+}
+
+const struct mosaic_sums *rec_tally_mosaic(const struct tally *tally, int bin)
+{
+    return tally->mosaic ? &tally->mosaic[tally->slot[bin] - 1] : NULL;
 }
 
 enum status rec_tally_merge(struct tally *tally, const struct tally *from, struct error *err)
@@ -113,7 +140,8 @@ enum status rec_tally_merge(struct tally *tally, const struct tally *from, struc
     enum status status = STATUS_OK;
     for (int bin = 0; bin < rec_grid_bins(from->grid) && !status; bin++)
         if (from->slot[bin])
-            status = rec_tally_add_sums(tally, bin, &from->sums[from->slot[bin] - 1], err);
+            status = rec_tally_add_sums(tally, bin, &from->sums[from->slot[bin] - 1],
+                                        rec_tally_mosaic(from, bin), err);
     return status;
 }
 
@@ -135,24 +163,38 @@ static half_diff centroid(const fixed128 w_angle[3], double w, struct grid grid,
     };
 }
 
-// All samples but those of other channels alone: the weight of a channel, and its angles.
-static fixed128 weight_of(const struct bin_sums *s, int c)
+/** All sums of a bin. */
+struct all_sums {
+    const struct bin_sums *sums;
+    const struct mosaic_sums *mosaic;  // NULL: none
+};
+
+static struct all_sums sums_of(const struct tally *tally, int bin)
 {
-    return s->w - s->own_w[(c + 1) % 3] - s->own_w[(c + 2) % 3];
+    return (struct all_sums){&tally->sums[tally->slot[bin] - 1], rec_tally_mosaic(tally, bin)};
 }
 
-static half_diff own_centroid(const struct bin_sums *s, int c, struct grid grid, int bin)
+// All samples but those of other channels alone: the weight of a channel, and its angles.
+static fixed128 weight_of(const struct all_sums *s, int c)
+{
+    const fixed128 *own = s->mosaic ? s->mosaic->own_w : NULL;
+    return s->sums->w - (own ? own[(c + 1) % 3] + own[(c + 2) % 3] : 0);
+}
+
+static half_diff own_centroid(const struct all_sums *s, int c, struct grid grid, int bin)
 {
     fixed128 w_angle[3];
-    for (int i = 0; i < 3; i++)
-        w_angle[i] =
-            s->w_angle[i] - s->own_w_angle[(c + 1) % 3][i] - s->own_w_angle[(c + 2) % 3][i];
+    for (int i = 0; i < 3; i++) {
+        w_angle[i] = s->sums->w_angle[i];
+        for (int k = 1; k < 3 && s->mosaic; k++)
+            w_angle[i] -= s->mosaic->own_w_angle[(c + k) % 3][i];
+    }
     return centroid(w_angle, rec_unfix(weight_of(s, c)), grid, bin);
 }
 
 // A channel that no photosite in the bin measured, from those between whose neighbours it is known.
 // Neighbours share photosites: their noise is taken as one.
-static void finish_lent(struct bin *b, const struct bin_sums *s, struct grid grid, int c)
+static void finish_lent(struct bin *b, const struct mosaic_sums *s, struct grid grid, int c)
 {
     double w = rec_unfix(s->lent_w[c]);
     b->lent[c] = true;
@@ -163,11 +205,16 @@ static void finish_lent(struct bin *b, const struct bin_sums *s, struct grid gri
     b->own[c] = centroid(s->lent_w_angle[c], w, grid, b->index);
 }
 
-static void finish_channel(struct bin *b, const struct bin_sums *s, struct grid grid, int c)
+static bool has_channels(const struct mosaic_sums *m)
 {
-    double w = rec_unfix(weight_of(s, c)), back = rec_unfix(s->w_back);
-    bool mosaic = s->own_w[0] > 0 || s->own_w[1] > 0 || s->own_w[2] > 0;
-    bool both = back > 0 && back < w && !mosaic;
+    return m && (m->own_w[0] > 0 || m->own_w[1] > 0 || m->own_w[2] > 0);
+}
+
+static void finish_channel(struct bin *b, const struct all_sums *all, struct grid grid, int c)
+{
+    const struct bin_sums *s = all->sums;
+    double w = rec_unfix(weight_of(all, c)), back = rec_unfix(s->w_back);
+    bool both = back > 0 && back < w && !has_channels(all->mosaic);
     b->mean[c] = rec_unfix(s->w_f[c]) / w;
     b->bounced[c] = rec_unfix(s->w_bounced[c]) / w;
     b->scatter[c] = sqrt(fmax(0, rec_unfix(s->w_ff[c]) / w - b->mean[c] * b->mean[c]));
@@ -178,11 +225,12 @@ static void finish_channel(struct bin *b, const struct bin_sums *s, struct grid 
     double noise_back = sqrt(rec_unfix(s->ww_noise_back[c])) / back;
     b->swapped[c] = both ? forth - rec_unfix(s->w_f_back[c]) / back : NAN;
     b->swapped_noise[c] = both ? hypot(noise_forth, noise_back) : NAN;
-    b->own[c] = own_centroid(s, c, grid, b->index);
+    b->own[c] = own_centroid(all, c, grid, b->index);
 }
 
-static struct bin finish_bin(const struct bin_sums *s, struct grid grid, int index)
+static struct bin finish_bin(const struct all_sums *all, struct grid grid, int index)
 {
+    const struct bin_sums *s = all->sums;
     double w = rec_unfix(s->w);
     struct bin b = {
         .index = index,
@@ -195,18 +243,18 @@ static struct bin finish_bin(const struct bin_sums *s, struct grid grid, int ind
         .alone = fmin(1, rec_unfix(s->ww) / (w * w)),
     };
     for (int c = 0; c < 3; c++)
-        if (weight_of(s, c) > 0)
-            finish_channel(&b, s, grid, c);
+        if (weight_of(all, c) > 0)
+            finish_channel(&b, all, grid, c);
         else
-            finish_lent(&b, s, grid, c);
+            finish_lent(&b, all->mosaic, grid, c);
     return b;
 }
 
-static bool in_every_channel(const struct bin_sums *s)
+static bool in_every_channel(struct all_sums s)
 {
     bool all = true;
     for (int c = 0; c < 3; c++)
-        all = all && (weight_of(s, c) > 0 || s->lent_w[c] > 0);
+        all = all && (weight_of(&s, c) > 0 || (s.mosaic && s.mosaic->lent_w[c] > 0));
     return all;
 }
 
@@ -217,12 +265,12 @@ enum status rec_tally_finish(struct bins *bins, const struct tally *tally, struc
         return out_of_memory(err);
     int count = 0;
     for (int i = 0; i < rec_grid_bins(tally->grid); i++)
-        if (tally->slot[i] && in_every_channel(&tally->sums[tally->slot[i] - 1]))
+        if (tally->slot[i] && in_every_channel(sums_of(tally, i)))
             bin[count++].index = i;
 #pragma omp parallel for schedule(static)
     for (int k = 0; k < count; k++) {
-        const int i = bin[k].index;
-        bin[k] = finish_bin(&tally->sums[tally->slot[i] - 1], tally->grid, i);
+        const struct all_sums all = sums_of(tally, bin[k].index);
+        bin[k] = finish_bin(&all, tally->grid, bin[k].index);
     }
     *bins = (struct bins){.bin = bin, .count = count, .grid = tally->grid};
     return STATUS_OK;

@@ -14,7 +14,11 @@ struct bin_sums {
     fixed128 ww;                              // of each shot's weight, squared
     fixed128 w_systematic, w_tilt, w_spread[2], w_disc, w_bounced[3];
     fixed128 w_back, w_f_back[3], ww_noise_back[3];  // samples with phi_d < 0 before it was folded
-    fixed128 own_w[3], own_w_angle[3][3];  // of w, w_angle: samples of one channel (a mosaic's)
+};
+
+/** More sums of a bin, where photographs are mosaics. */
+struct mosaic_sums {
+    fixed128 own_w[3], own_w_angle[3][3];  // of w, w_angle: samples of one channel
     // The same of samples that lend a channel which they did not measure, and what they lend.
     fixed128 lent_w[3], lent_w_angle[3][3], lent_w_f[3], lent_w_noise[3];  // noise: 1 sigma
 };
@@ -23,6 +27,7 @@ struct bin_sums {
 struct tally {
     int32_t *slot;  // [bins of the grid]: 1 + index into sums, 0 where no sample fell
     struct bin_sums *sums;
+    struct mosaic_sums *mosaic;  // [as sums]; NULL: no photograph was a mosaic
     int count, room;
     struct grid grid;
 };
@@ -34,9 +39,11 @@ void rec_tally_free(struct tally *tally);
 fixed128 rec_fix(double x);
 /** And back, rounded. */
 double rec_unfix(fixed128 x);
-/** Add sums to those of a bin. STATUS_MEMORY. */
+/** Add sums to those of a bin; mosaic is NULL where it has nothing to add. STATUS_MEMORY. */
 enum status rec_tally_add_sums(struct tally *tally, int bin, const struct bin_sums *sums,
-                               struct error *err);
+                               const struct mosaic_sums *mosaic, struct error *err);
+/** The mosaic's sums of a bin that has sums; NULL: there are none. */
+const struct mosaic_sums *rec_tally_mosaic(const struct tally *tally, int bin);
 /** Add all of `from`. */
 enum status rec_tally_merge(struct tally *tally, const struct tally *from, struct error *err);
 /** Means and errors of all bins; *bins is the caller's. */

@@ -216,24 +216,17 @@ enum status rec_shot_add(struct shot_bins *shot, const struct strip *s, struct e
     return STATUS_OK;
 }
 
-// What a channel of the sums enters.
+// What a channel that was measured enters.
 static void exact_channel(struct bin_sums *b, const struct shot_sums *s, int c)
 {
     fixed128 w_f = rec_fix(s->term[T_F + c]), noise = rec_fix(s->term[T_NOISE + c]);
-    bool back = s->plane % 2, lends = s->plane / 2 % 2;
-    if (s->channel < 0 || s->channel == c) {
-        b->w_f[c] = w_f;
-        b->w_ff[c] = rec_fix(s->term[T_FF + c]);
-        b->ww_noise[c] = noise;
-        b->w_bounced[c] = rec_fix(s->term[T_BOUNCED + c]);
-        b->w_f_back[c] = back ? w_f : 0;
-        b->ww_noise_back[c] = back ? noise : 0;
-    } else if (lends) {
-        b->lent_w[c] = b->w;
-        b->lent_w_f[c] = w_f;
-        b->lent_w_noise[c] = noise;
-        memcpy(b->lent_w_angle[c], b->w_angle, sizeof b->w_angle);
-    }
+    bool back = s->plane % 2;
+    b->w_f[c] = w_f;
+    b->w_ff[c] = rec_fix(s->term[T_FF + c]);
+    b->ww_noise[c] = noise;
+    b->w_bounced[c] = rec_fix(s->term[T_BOUNCED + c]);
+    b->w_f_back[c] = back ? w_f : 0;
+    b->ww_noise_back[c] = back ? noise : 0;
 }
 
 static struct bin_sums exact(const struct shot_sums *s)
@@ -250,12 +243,36 @@ static struct bin_sums exact(const struct shot_sums *s)
     for (int i = 0; i < 3; i++)
         b.w_angle[i] = rec_fix(s->term[T_ANGLE + i]);
     for (int c = 0; c < 3; c++)
-        exact_channel(&b, s, c);
-    if (s->channel >= 0) {
-        b.own_w[s->channel] = b.w;
-        memcpy(b.own_w_angle[s->channel], b.w_angle, sizeof b.w_angle);
-    }
+        if (s->channel < 0 || s->channel == c)
+            exact_channel(&b, s, c);
     return b;
+}
+
+// What samples of one channel enter besides, and what they lend to the others.
+static struct mosaic_sums exact_mosaic(const struct shot_sums *s, const struct bin_sums *b)
+{
+    struct mosaic_sums m = {0};
+    bool lends = s->plane / 2 % 2;
+    m.own_w[s->channel] = b->w;
+    memcpy(m.own_w_angle[s->channel], b->w_angle, sizeof b->w_angle);
+    for (int c = 0; c < 3 && lends; c++) {
+        if (c == s->channel)
+            continue;
+        m.lent_w[c] = b->w;
+        m.lent_w_f[c] = rec_fix(s->term[T_F + c]);
+        m.lent_w_noise[c] = rec_fix(s->term[T_NOISE + c]);
+        memcpy(m.lent_w_angle[c], b->w_angle, sizeof b->w_angle);
+    }
+    return m;
+}
+
+static enum status end_sums(struct tally *tally, const struct shot_sums *s, struct error *err)
+{
+    struct bin_sums sums = exact(s);
+    if (s->channel < 0)
+        return rec_tally_add_sums(tally, s->bin, &sums, NULL, err);
+    struct mosaic_sums mosaic = exact_mosaic(s, &sums);
+    return rec_tally_add_sums(tally, s->bin, &sums, &mosaic, err);
 }
 
 enum status rec_shot_end(struct shot_bins *shot, struct tally *tally, struct error *err)
@@ -265,9 +282,8 @@ enum status rec_shot_end(struct shot_bins *shot, struct tally *tally, struct err
     for (int k = 0; k < shot->count; k++) {
         const struct shot_sums *s = &shot->sums[k];
         shot->slot[(size_t)s->plane * bins + (size_t)s->bin] = 0;
-        struct bin_sums sums = exact(s);
         if (!status)
-            status = rec_tally_add_sums(tally, s->bin, &sums, err);
+            status = end_sums(tally, s, err);
     }
     shot->count = 0;
     return status;

@@ -224,9 +224,10 @@ enum status rec_team_tell_consensus(struct consensus *consensus, struct fit *fit
 /* ---- sums -------------------------------------------------------------------------------------
  */
 
-/** How a tally travels: the census, then as many of these as there are bins. */
+/** How a tally travels: the census, then as many of these as there are bins. Of mosaics, each is
+ *  followed by its mosaic_sums. */
 struct parcel {
-    int32_t bin;
+    int32_t bin, mosaic;
     struct bin_sums sums;
 };
 
@@ -242,27 +243,37 @@ static void add_parcels(void *context, const void *data, size_t size)
     struct census census;
     memcpy(&census, data, sizeof census);
     rec_census_add(to->census, &census);
-    size_t count = (size - sizeof census) / sizeof(struct parcel);
-    const char *at = (const char *)data + sizeof census;
-    for (size_t i = 0; i < count && !to->status; i++, at += sizeof(struct parcel)) {
+    const char *at = (const char *)data + sizeof census, *end = (const char *)data + size;
+    while (at < end && !to->status) {
         struct parcel parcel;
+        struct mosaic_sums mosaic;
         memcpy(&parcel, at, sizeof parcel);
-        to->status = rec_tally_add_sums(to->tally, parcel.bin, &parcel.sums, NULL);
+        at += sizeof parcel;
+        if (parcel.mosaic) {
+            memcpy(&mosaic, at, sizeof mosaic);
+            at += sizeof mosaic;
+        }
+        to->status = rec_tally_add_sums(to->tally, parcel.bin, &parcel.sums,
+                                        parcel.mosaic ? &mosaic : NULL, NULL);
     }
 }
 
 static char *pack(size_t *size, const struct tally *tally, const struct census *census)
 {
-    *size = sizeof *census + (size_t)tally->count * sizeof(struct parcel);
+    const size_t more = tally->mosaic ? sizeof *tally->mosaic : 0;
+    *size = sizeof *census + (size_t)tally->count * (sizeof(struct parcel) + more);
     char *data = calloc(1, *size), *at = data ? data + sizeof *census : NULL;
     if (!data)
         return NULL;
     memcpy(data, census, sizeof *census);
     for (int bin = 0; tally->slot && bin < rec_grid_bins(tally->grid); bin++)
         if (tally->slot[bin]) {
-            struct parcel parcel = {bin, tally->sums[tally->slot[bin] - 1]};
+            struct parcel parcel = {bin, more > 0, tally->sums[tally->slot[bin] - 1]};
             memcpy(at, &parcel, sizeof parcel);
             at += sizeof parcel;
+            if (more)
+                memcpy(at, rec_tally_mosaic(tally, bin), more);
+            at += more;
         }
     return data;
 }
