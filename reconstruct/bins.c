@@ -135,16 +135,6 @@ const struct mosaic_sums *rec_tally_mosaic(const struct tally *tally, int bin)
     return tally->mosaic ? &tally->mosaic[tally->slot[bin] - 1] : NULL;
 }
 
-enum status rec_tally_merge(struct tally *tally, const struct tally *from, struct error *err)
-{
-    enum status status = STATUS_OK;
-    for (int bin = 0; bin < rec_grid_bins(from->grid) && !status; bin++)
-        if (from->slot[bin])
-            status = rec_tally_add_sums(tally, bin, &from->sums[from->slot[bin] - 1],
-                                        rec_tally_mosaic(from, bin), err);
-    return status;
-}
-
 // Into [low, high], a hair from either end: rounding must not carry a mean out of its bin.
 static double keep_within(double x, double low, double high)
 {

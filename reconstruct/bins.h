@@ -44,8 +44,6 @@ enum status rec_tally_add_sums(struct tally *tally, int bin, const struct bin_su
                                const struct mosaic_sums *mosaic, struct error *err);
 /** The mosaic's sums of a bin that has sums; NULL: there are none. */
 const struct mosaic_sums *rec_tally_mosaic(const struct tally *tally, int bin);
-/** Add all of `from`. */
-enum status rec_tally_merge(struct tally *tally, const struct tally *from, struct error *err);
 /** Means and errors of all bins; *bins is the caller's. */
 enum status rec_tally_finish(struct bins *bins, const struct tally *tally, struct error *err);
 /** The median over bins and channels of sigma / mean; NaN where no mean is above 0. */

@@ -9,7 +9,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-// What the threads share: they read it all, and write `status` and `err` one at a time.
+// What the threads share: they read it all, and write the tallies, `status` and `err` one at a
+// time.
 struct gathering {
     const struct calibration *calibration;
     const struct lens_table *lens;  // [cameras]
@@ -19,6 +20,7 @@ struct gathering {
     struct samples_file *samples;
     const char *out;
     struct run *run;
+    struct tally tally, fine;  // fine: on the user's grid, if any
     enum status status;
     struct error *err;
 };
@@ -70,19 +72,23 @@ static enum status read_map(struct radiance *map, const struct gathering *g,
     return status;
 }
 
-/** What a thread fills: sums of the shots that it took, and of the one under way. */
+/** What a thread fills: sums of the shot under way, and what it says of all that it took. */
 struct harvest {
-    struct tally tally, fine;
     struct shot_bins shot, fine_shot;
     struct census census;
 };
 
-static void free_harvest(struct harvest *h)
+// The shot under way is over: its sums are added, exactly, in whatever order shots end.
+static enum status end_shot(struct harvest *h, struct gathering *g, struct error *err)
 {
-    rec_tally_free(&h->tally);
-    rec_tally_free(&h->fine);
-    rec_shot_free(&h->shot);
-    rec_shot_free(&h->fine_shot);
+    enum status status;
+#pragma omp critical(tally)
+    {
+        status = rec_shot_end(&h->shot, &g->tally, err);
+        if (!status && g->fine.slot)
+            status = rec_shot_end(&h->fine_shot, &g->fine, err);
+    }
+    return status;
 }
 
 // The used photosites of a strip, one by one, where somebody wants to know them.
@@ -134,7 +140,7 @@ static enum status add_strips(struct harvest *h, const struct gathering *g, cons
             if (status || !rec_strip_narrow(&s))
                 continue;
             status = rec_shot_add(&h->shot, &s, err);
-            if (!status && h->fine.slot)
+            if (!status && g->fine.slot)
                 status = rec_shot_add(&h->fine_shot, &s, err);
             if (!status && (g->samples || g->consensus))
                 status = look_closer(&s, &residuals, &trend, &block, g, v->view->name, err);
@@ -148,8 +154,7 @@ static enum status add_strips(struct harvest *h, const struct gathering *g, cons
     return status;
 }
 
-static enum status add_shot(struct harvest *h, const struct gathering *g, int view,
-                            struct error *err)
+static enum status add_shot(struct harvest *h, struct gathering *g, int view, struct error *err)
 {
     const struct calibration *c = g->calibration;
     struct viewing v = rec_viewing(c, view, &g->lens[c->view[view].camera], g->board);
@@ -173,9 +178,7 @@ static enum status add_shot(struct harvest *h, const struct gathering *g, int vi
     int64_t used = h->census.photosites[FATE_USED];
     if (!status)
         status = add_strips(h, g, &v, &map, box, err);
-    enum status ended = rec_shot_end(&h->shot, &h->tally, err);
-    if (h->fine.slot && !ended)
-        ended = rec_shot_end(&h->fine_shot, &h->fine, err);
+    enum status ended = end_shot(h, g, err);
     if (h->census.photosites[FATE_USED] == used)
         cap_warn(g->run, "shot %s: no photosite shows lit sample", v.view->name);
     h->census.shots++;
@@ -207,35 +210,14 @@ void rec_census_add(struct census *to, const struct census *from)
     rec_night_merge(&to->night, &from->night);
 }
 
-// The first to finish hands its tally over, the others add theirs.
-static enum status hand_over(struct tally *total, struct tally *mine, struct error *err)
-{
-    if (total->slot)
-        return rec_tally_merge(total, mine, err);
-    *total = *mine;
-    *mine = (struct tally){0};
-    return STATUS_OK;
-}
-
-static enum status begin_harvest(struct harvest *h, const struct grid *fine, struct error *err)
-{
-    h->shot.grid = rec_merl_grid;
-    enum status status = rec_tally_begin(&h->tally, rec_merl_grid, err);
-    if (!status && fine) {
-        h->fine_shot.grid = *fine;
-        status = rec_tally_begin(&h->fine, *fine, err);
-    }
-    return status;
-}
-
-// Each thread fills tallies of its own. fine is NULL, or the grid of total->fine.
-static void gather_shots(struct harvest *total, const struct grid *fine, struct gathering *g)
+// All shots; the threads' censuses are added up.
+static void gather_shots(struct census *census, struct gathering *g)
 {
 #pragma omp parallel num_threads(g->run->threads)
     {
-        struct harvest mine = {0};
+        struct harvest mine = {.shot.grid = g->tally.grid, .fine_shot.grid = g->fine.grid};
         struct error err = {0};
-        enum status status = begin_harvest(&mine, fine, &err);
+        enum status status = STATUS_OK;
 #pragma omp for schedule(dynamic)
         for (int k = 0; k < g->calibration->views; k++) {
             if (!status && cap_ours(g->run, k)) {
@@ -244,35 +226,30 @@ static void gather_shots(struct harvest *total, const struct grid *fine, struct 
             }
         }
 #pragma omp critical(tally)
-        {
-            rec_census_add(&total->census, &mine.census);
-            if (!status)
-                status = hand_over(&total->tally, &mine.tally, &err);
-            if (!status && fine)
-                status = hand_over(&total->fine, &mine.fine, &err);
-        }
+        rec_census_add(census, &mine.census);
         note_failure(g, status, &err);
-        free_harvest(&mine);
+        rec_shot_free(&mine.shot);
+        rec_shot_free(&mine.fine_shot);
     }
 }
 
 // The sums of all members become the leader's bins.
-static enum status conclude(struct bins *bins, struct bins *fine, struct harvest *total,
-                            double scatter, struct error *err)
+static enum status conclude(struct bins *bins, struct bins *fine, struct gathering *g,
+                            struct census *census, struct error *err)
 {
     struct census none = {0};
-    enum status status = rec_team_sum(&total->tally, &total->census, err);
+    enum status status = rec_team_sum(&g->tally, census, err);
     if (!status && fine)
-        status = rec_team_sum(&total->fine, &none, err);
+        status = rec_team_sum(&g->fine, &none, err);
     if (status || !rec_leads())
         return status;
-    if (total->tally.count == 0)
+    if (g->tally.count == 0)
         return cap_fail(err, STATUS_DATA,
                         "no photosite shows the sample lit: are its place and the lamps right?");
-    status = rec_tally_finish(bins, &total->tally, err);
+    status = rec_tally_finish(bins, &g->tally, err);
     if (!status)
-        bins->bounce_scatter = scatter;
-    return !status && fine ? rec_tally_finish(fine, &total->fine, err) : status;
+        bins->bounce_scatter = g->consensus ? g->consensus->bounce_scatter : 0;
+    return !status && fine ? rec_tally_finish(fine, &g->fine, err) : status;
 }
 
 enum status rec_gather(struct bins *bins, struct bins *fine, struct census *census,
@@ -282,27 +259,32 @@ enum status rec_gather(struct bins *bins, struct bins *fine, struct census *cens
                        struct error *err)
 {
     struct lens_table *lens = NULL;
-    struct harvest total = {0};
+    struct census total = {0};
+    struct gathering g = {.calibration = calibration,
+                          .board = board,
+                          .blockers = blockers,
+                          .consensus = consensus,
+                          .samples = samples,
+                          .out = out,
+                          .run = run,
+                          .err = err};
     enum status status = make_lenses(&lens, calibration, err);
+    if (!status)
+        status = rec_tally_begin(&g.tally, rec_merl_grid, err);
+    if (!status && fine)
+        status = rec_tally_begin(&g.fine, fine->grid, err);
     if (!status) {
-        struct gathering g = {.calibration = calibration,
-                              .lens = lens,
-                              .board = board,
-                              .blockers = blockers,
-                              .consensus = consensus,
-                              .samples = samples,
-                              .out = out,
-                              .run = run,
-                              .err = err};
-        gather_shots(&total, fine ? &fine->grid : NULL, &g);
+        g.lens = lens;
+        gather_shots(&total, &g);
         status = g.status;
     }
     status = rec_team_agree(status, err);
     if (!status)
-        status = conclude(bins, fine, &total, consensus ? consensus->bounce_scatter : 0, err);
+        status = conclude(bins, fine, &g, &total, err);
     if (!status)
-        *census = total.census;
-    free_harvest(&total);
+        *census = total;
+    rec_tally_free(&g.tally);
+    rec_tally_free(&g.fine);
     free_lenses(lens, calibration->cameras);
     return status;
 }
