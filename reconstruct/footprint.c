@@ -13,91 +13,9 @@
  *           as far as the lens spreads light: beyond the edge lies something else. On a mesh the
  *           outline's one photosite stays one.
  */
-#include "raster.h"
+#include "rays.h"
 
-#include <assert.h>
 #include <string.h>
-
-/** Rays on their way: directions and irradiance where they meet the sample. */
-struct ray_ends {
-    struct meetings m;
-    vec3_lanes ray, wi;
-    double distance[LANES], cos_i[LANES], irradiance[LANES];
-};
-
-// Rays of an offset (du, dv) from the photosites' centres, by the lens's slopes there.
-WIDE static void aim(vec3_lanes *ray, const struct lens_row *lens, const mat3 *view_from_world,
-                     double du, double dv, lane_span span)
-{
-    const mat3 m = *view_from_world;
-    FOR_LANES (i, span) {
-        double x = lens->at[0][i] + du * lens->by_u[0][i] + dv * lens->by_v[0][i];
-        double y = lens->at[1][i] + du * lens->by_u[1][i] + dv * lens->by_v[1][i];
-        double s = 1 / sqrt(x * x + y * y + 1);
-        ray->x[i] = s * (m.m[0][0] * x + m.m[1][0] * y + m.m[2][0]);
-        ray->y[i] = s * (m.m[0][1] * x + m.m[1][1] * y + m.m[2][1]);
-        ray->z[i] = s * (m.m[0][2] * x + m.m[1][2] * y + m.m[2][2]);
-    }
-}
-
-WIDE static void light(struct ray_ends *e, vec3 lamp, lane_span span)
-{
-    const struct meetings *m = &e->m;
-    FOR_LANES (i, span) {
-        double x = lamp.x - m->point.x[i], y = lamp.y - m->point.y[i], z = lamp.z - m->point.z[i];
-        double r = sqrt(x * x + y * y + z * z), s = 1 / r;
-        e->wi.x[i] = x * s;
-        e->wi.y[i] = y * s;
-        e->wi.z[i] = z * s;
-        e->distance[i] = r;
-        e->cos_i[i] = s * (m->normal.x[i] * x + m->normal.y[i] * y + m->normal.z[i] * z);
-        e->irradiance[i] = e->cos_i[i] * s * s;
-    }
-}
-
-static void fall_off(struct ray_ends *e, const struct beam *beam, lane_span span)
-{
-    FOR_LANES (i, span) {
-        vec3 away = {-e->wi.x[i], -e->wi.y[i], -e->wi.z[i]};
-        e->irradiance[i] *= cal_beam_share(beam, away);
-    }
-}
-
-WIDE static void light_from_afar(struct ray_ends *e, vec3 direction, lane_span span)
-{
-    const vec3_lanes *n = &e->m.normal;
-    FOR_LANES (i, span) {
-        e->wi.x[i] = direction.x;
-        e->wi.y[i] = direction.y;
-        e->wi.z[i] = direction.z;
-        e->distance[i] = INFINITY;
-        e->cos_i[i] = n->x[i] * direction.x + n->y[i] * direction.y + n->z[i] * direction.z;
-        e->irradiance[i] = e->cos_i[i];
-    }
-}
-
-/** Where the rays of a strip come from and go to. */
-struct pencil {
-    const struct viewing *v;
-    struct lens_row lens;
-    struct patches mesh;  // of a mesh
-};
-
-static void trace(struct ray_ends *e, const struct pencil *p, double du, double dv, lane_span span)
-{
-    const struct viewing *v = p->v;
-    aim(&e->ray, &p->lens, &v->view_from_world, du, dv, span);
-    if (v->raster)
-        rec_patches_meet(&e->m, &p->mesh, du, dv, span);
-    else
-        rec_meet_all(&e->m, v->sample, v->eye, &e->ray, span);
-    if (v->lamp->at_infinity)
-        light_from_afar(e, v->lamp->direction, span);
-    else
-        light(e, v->lamp_position, span);
-    if (v->beam.exponent > 0)
-        fall_off(e, &v->beam, span);
-}
 
 /** What of the strip needs a closer look; 1 or 0 a lane. */
 struct looks {
@@ -167,7 +85,7 @@ static void look_around(struct looks *look, const struct pencil *p, lane_span sp
                                         {-1, 0}, {-s, -s}, {0, -1}, {s, -s}};
     struct ray_ends e;
     for (int k = 0; k < 8; k++) {
-        trace(&e, p, p->v->margin * offset[k][0], p->v->margin * offset[k][1], span);
+        rec_trace(&e, p, p->v->margin * offset[k][0], p->v->margin * offset[k][1], span);
         add_beyond(look, &e, span);
     }
 }
@@ -181,7 +99,7 @@ static void look_around_mesh(struct looks *look, const struct pencil *p, lane_sp
     memcpy(look->rim, p->mesh.rim, sizeof look->rim);
     memcpy(look->dusk, p->mesh.dusk, sizeof look->dusk);
     for (int k = 0; k < 4; k++) {
-        trace(&e, p, p->v->margin * corner[k][0], p->v->margin * corner[k][1], span);
+        rec_trace(&e, p, p->v->margin * corner[k][0], p->v->margin * corner[k][1], span);
         add_beyond(look, &e, span);
     }
 }
@@ -193,7 +111,7 @@ WIDE static void take_fates(struct strip *restrict s, const struct looks *restri
         enum fate fate = look->dusk[i] > 0 ? FATE_TERMINATOR : FATE_USED;
         fate = look->shadowed[i] > 0 ? FATE_SHADOWED : fate;
         fate = center->cos_i[i] > 0 ? fate : FATE_DARK;
-        s->fate[i] = s->hit[i] & !(look->rim[i] > 0) ? fate : FATE_OUTLINE;
+        s->fate[i] = (s->hit[i] & !(look->rim[i] > 0)) ? fate : FATE_OUTLINE;
         s->inner[i] = !(look->edge[i] > 0);
     }
 }
@@ -292,7 +210,7 @@ static void average(struct strip *s, const struct pencil *p, const double *wide,
     struct ray_ends e;
     for (int b = 0; b < 3; b++)
         for (int a = 0; a < 3; a++) {
-            trace(&e, p, p->v->square * place[a], p->v->square * place[b], span);
+            rec_trace(&e, p, p->v->square * place[a], p->v->square * place[b], span);
             add(&sum, &e, weight[a] * weight[b], span);
         }
     normalize(&sum.n, span);
@@ -321,7 +239,7 @@ static bool begin(struct strip *s, struct pencil *p, struct ray_ends *center)
     rec_lens_row(&p->lens, p->v->lens, s->x0, s->y);
     if (p->v->raster)
         rec_raster_patches(&p->mesh, p->v->raster, p->v, s->x0, s->y);
-    trace(center, p, 0, 0, ours);
+    rec_trace(center, p, 0, 0, ours);
     take_hits(s, center, ours);
     s->use = rec_lanes_marked(s->hit);
     FOR_LANES (i, s->use)

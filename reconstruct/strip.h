@@ -52,11 +52,21 @@ reflectance_sample rec_strip_sample(const struct strip *strip, int lane);
 
 /** The parts of rec_strip_make. Where photosites lie on the sample: fate, hit, and all up to spread
  *  (footprint.c); what stands in the way of used ones (samples.c); half and difference angles, and
- * bin (strip_angles.c); systematic and tilt (sample_errors.c). */
+ * bin (strip_angles.c); systematic and tilt (sample_errors.c); channel, f, noise, bounced, doubt
+ * (strip_read.c). */
 void rec_strip_footprints(struct strip *strip, const struct viewing *viewing);
 void rec_strip_block(struct strip *strip, const struct viewing *viewing);
 void rec_strip_angles(struct strip *strip);
 void rec_strip_errors(struct strip *strip, const struct viewing *viewing);
+void rec_strip_read(struct strip *strip, const struct viewing *viewing, const struct radiance *map);
+
+/** Blocks in use that lie in the image as a whole; what is left may go beyond its end. */
+static inline lane_span rec_strip_whole(const struct strip *s, const struct radiance *map)
+{
+    const int left = map->width - s->x0, whole = left < LANES ? left & -BLOCK : LANES;
+    const int end = s->use.end < whole ? s->use.end : whole;
+    return (lane_span){s->use.first, end > s->use.first ? end : s->use.first};
+}
 
 /** Does the board or a blocker stand between the camera and a place on the sample? */
 bool rec_occluded(const struct viewing *viewing, vec3 point);
