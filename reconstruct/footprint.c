@@ -238,7 +238,7 @@ static bool begin(struct strip *s, struct pencil *p, struct ray_ends *center)
     const lane_span ours = {s->from & -BLOCK, (s->to + BLOCK - 1) & -BLOCK};
     rec_lens_row(&p->lens, p->v->lens, s->x0, s->y);
     if (p->v->raster)
-        rec_raster_patches(&p->mesh, p->v->raster, p->v, s->x0, s->y);
+        rec_raster_patches(&p->mesh, p->v->raster, p->v, s->x0, s->y, ours);
     rec_trace(center, p, 0, 0, ours);
     take_hits(s, center, ours);
     s->use = rec_lanes_marked(s->hit);

@@ -29,44 +29,47 @@ static bool in_shadow(const struct viewing *v, vec3 point, vec3 normal)
     return cal_mesh_meet(v->sample->mesh, point, way).s < far;
 }
 
-static struct raster_cell look(const struct viewing *v, vec3 ray)
+// Where a ray meets the mesh, into the planes.
+static void look(const struct raster *r, size_t at, const struct viewing *v, vec3 ray)
 {
-    struct raster_cell cell = {0};
     mesh_hit hit = cal_mesh_meet(v->sample->mesh, v->eye, ray);
     if (!(hit.s < INFINITY))
-        return cell;
+        return;
     vec3 point = vec3_add(v->eye, vec3_scale(ray, hit.s));
     vec3 from = vec3_sub(point, v->sample->center);
     const double p[3] = {from.x, from.y, from.z}, n[3] = {hit.normal.x, hit.normal.y, hit.normal.z};
     for (int k = 0; k < 3; k++) {
-        cell.point[k] = (float)p[k];
-        cell.normal[k] = (float)n[k];
+        r->plane[RASTER_POINT + k][at] = (float)p[k];
+        r->plane[RASTER_NORMAL + k][at] = (float)n[k];
     }
-    cell.hit = true;
-    cell.shadowed = in_shadow(v, point, hit.normal);
-    return cell;
+    r->plane[RASTER_HIT][at] = 1;
+    r->plane[RASTER_SHADOWED][at] = in_shadow(v, point, hit.normal) ? 1 : 0;
 }
 
 enum status rec_raster_make(struct raster *raster, const struct viewing *v, pixel_box box,
                             struct error *err)
 {
-    struct raster r = {.x0 = box.x0 - 1,
-                       .y0 = box.y0 - 1,
-                       .columns = box.x1 - box.x0 + 2,
-                       .rows = box.y1 - box.y0 + 2};
     if (box.x1 <= box.x0 || box.y1 <= box.y0)
         return STATUS_OK;
-    r.cell = calloc((size_t)r.columns * (size_t)r.rows, sizeof *r.cell);
-    if (!r.cell)
+    const int first = box.x0 / LANES, strips = (box.x1 - 1) / LANES - first + 1;
+    struct raster r = {.x0 = first * LANES - 1,
+                       .y0 = box.y0 - 1,
+                       .columns = strips * LANES + 2,
+                       .rows = box.y1 - box.y0 + 2};
+    const size_t cells = (size_t)r.columns * (size_t)r.rows;
+    float *planes = calloc(RASTER_PLANES * cells, sizeof *planes);
+    if (!planes)
         return cap_fail(err, STATUS_MEMORY, "no memory for %d x %d rays", r.columns, r.rows);
+    for (int k = 0; k < RASTER_PLANES; k++)
+        r.plane[k] = planes + (size_t)k * cells;
     for (int y = box.y0; y < box.y1; y++)
-        for (int x0 = box.x0 / LANES * LANES; x0 < box.x1; x0 += LANES) {
+        for (int x0 = first * LANES; x0 < box.x1; x0 += LANES) {
             struct lens_row lens;
             rec_lens_row(&lens, v->lens, x0, y);
             for (int x = x0 > box.x0 ? x0 : box.x0; x < x0 + LANES && x < box.x1; x++) {
                 vec3 ray = {lens.at[0][x - x0], lens.at[1][x - x0], 1};
                 ray = vec3_normalize(mat3_mul_t(&v->view_from_world, ray));
-                r.cell[(size_t)(y - r.y0) * (size_t)r.columns + (size_t)(x - r.x0)] = look(v, ray);
+                look(&r, (size_t)(y - r.y0) * (size_t)r.columns + (size_t)(x - r.x0), v, ray);
             }
         }
     *raster = r;
@@ -75,76 +78,118 @@ enum status rec_raster_make(struct raster *raster, const struct viewing *v, pixe
 
 void rec_raster_free(struct raster *raster)
 {
-    free(raster->cell);
+    free(raster->plane[0]);
     *raster = (struct raster){0};
 }
 
-static const struct raster_cell *cell_at(const struct raster *r, int x, int y)
-{
-    static const struct raster_cell none = {0};
-    x -= r->x0;
-    y -= r->y0;
-    bool inside = r->cell && x >= 0 && y >= 0 && x < r->columns && y < r->rows;
-    return inside ? &r->cell[(size_t)y * (size_t)r->columns + (size_t)x] : &none;
-}
+/** The planes of a strip from its first lane on. */
+struct raster_row {
+    const float *p[3], *n[3], *hit, *shadowed;
+};
 
-static vec3 to_vec3(const float v[3])
+static struct raster_row row_of(const struct raster *r, int x0, int y)
 {
-    return (vec3){(double)v[0], (double)v[1], (double)v[2]};
-}
-
-static bool same_piece(const struct raster_cell *a, const struct raster_cell *b)
-{
-    if (!b->hit || vec3_dot(to_vec3(a->normal), to_vec3(b->normal)) <= crease)
-        return false;
-    vec3 n = vec3_normalize(vec3_add(to_vec3(a->normal), to_vec3(b->normal)));
-    vec3 way = vec3_sub(to_vec3(b->point), to_vec3(a->point));
-    return fabs(vec3_dot(way, n)) <= steep * vec3_length(way);
-}
-
-// Half of the difference of the neighbours each way, k: 0 x, 1 y.
-static void differ(struct patches *to, const struct raster_cell *before,
-                   const struct raster_cell *after, int lane, int k)
-{
-    vec3 point = vec3_sub(to_vec3(after->point), to_vec3(before->point));
-    vec3 normal = vec3_sub(to_vec3(after->normal), to_vec3(before->normal));
-    rec_lane_set(&to->point_by[k], lane, vec3_scale(point, 0.5));
-    rec_lane_set(&to->normal_by[k], lane, vec3_scale(normal, 0.5));
-    double turn = vec3_length(normal) / fmax(vec3_length(point), 1e-12);
-    to->curvature[lane] = fmax(to->curvature[lane], turn);
-}
-
-static void take_patch(struct patches *to, const struct raster *r, const struct viewing *v, int x,
-                       int y, int lane)
-{
-    const struct raster_cell *own = cell_at(r, x, y);
-    vec3 point = vec3_add(v->sample->center, to_vec3(own->point));
-    rec_lane_set(&to->center.point, lane, point);
-    rec_lane_set(&to->center.normal, lane, to_vec3(own->normal));
-    to->center.hit[lane] = own->hit;
-    to->shadowed[lane] = own->shadowed;
-    to->rim[lane] = to->dusk[lane] = to->curvature[lane] = 0;
-    if (!own->hit)
-        return;
-    for (int k = 0; k < 9; k++) {
-        const struct raster_cell *next = cell_at(r, x + k % 3 - 1, y + k / 3 - 1);
-        if (!same_piece(own, next))
-            to->rim[lane] = 1;
-        else if (next->shadowed)
-            to->dusk[lane] = 1;
+    const size_t at = (size_t)(y - r->y0) * (size_t)r->columns + (size_t)(x0 - r->x0);
+    struct raster_row row = {.hit = r->plane[RASTER_HIT] + at,
+                             .shadowed = r->plane[RASTER_SHADOWED] + at};
+    for (int k = 0; k < 3; k++) {
+        row.p[k] = r->plane[RASTER_POINT + k] + at;
+        row.n[k] = r->plane[RASTER_NORMAL + k] + at;
     }
-    if (to->rim[lane] > 0)
-        return;
-    differ(to, cell_at(r, x - 1, y), cell_at(r, x + 1, y), lane, 0);
-    differ(to, cell_at(r, x, y - 1), cell_at(r, x, y + 1), lane, 1);
+    return row;
+}
+
+WIDE static void take_own(struct patches *restrict to, const struct raster_row *row, vec3 center,
+                          lane_span span)
+{
+    const float *px = row->p[0], *py = row->p[1], *pz = row->p[2];
+    const float *nx = row->n[0], *ny = row->n[1], *nz = row->n[2];
+    const float *hit = row->hit, *shadowed = row->shadowed;
+    FOR_LANES (i, span) {
+        to->center.point.x[i] = center.x + (double)px[i];
+        to->center.point.y[i] = center.y + (double)py[i];
+        to->center.point.z[i] = center.z + (double)pz[i];
+        to->center.normal.x[i] = (double)nx[i];
+        to->center.normal.y[i] = (double)ny[i];
+        to->center.normal.z[i] = (double)nz[i];
+        to->center.hit[i] = (double)hit[i];
+        to->shadowed[i] = (double)shadowed[i];
+        to->rim[i] = 0;
+        to->dusk[i] = (double)shadowed[i];
+        to->curvature[i] = 0;
+    }
+}
+
+// The neighbour `step` cells on: is it of the same piece, and in shadow? Lengths are compared by
+// their squares; m is twice the mean normal.
+WIDE static void compare(struct patches *restrict to, const struct raster_row *row, ptrdiff_t step,
+                         lane_span span)
+{
+    const float *px = row->p[0], *py = row->p[1], *pz = row->p[2];
+    const float *nx = row->n[0], *ny = row->n[1], *nz = row->n[2];
+    const float *hit = row->hit + step, *shadowed = row->shadowed + step;
+    const float least = (float)crease, most = (float)(steep * steep);
+    FOR_LANES (i, span) {
+        float ax = nx[i], ay = ny[i], az = nz[i];
+        float bx = nx[i + step], by = ny[i + step], bz = nz[i + step];
+        float mx = ax + bx, my = ay + by, mz = az + bz;
+        float wx = px[i + step] - px[i], wy = py[i + step] - py[i], wz = pz[i + step] - pz[i];
+        float along = wx * mx + wy * my + wz * mz;
+        float bound = most * (wx * wx + wy * wy + wz * wz) * (mx * mx + my * my + mz * mz);
+        bool same = (hit[i] > 0) & (ax * bx + ay * by + az * bz > least) & (along * along <= bound);
+        to->rim[i] = same ? to->rim[i] : 1;
+        to->dusk[i] = (same & (shadowed[i] > 0)) ? 1 : to->dusk[i];
+    }
+}
+
+// Half of the difference of the neighbours each way, `step` cells off, k: 0 x, 1 y; 0 where one of
+// the eight around is past an edge.
+WIDE static void differ(struct patches *restrict to, const struct raster_row *row, ptrdiff_t step,
+                        int k, lane_span span)
+{
+    const float *px = row->p[0], *py = row->p[1], *pz = row->p[2];
+    const float *nx = row->n[0], *ny = row->n[1], *nz = row->n[2];
+    vec3_lanes *restrict point = &to->point_by[k], *restrict normal = &to->normal_by[k];
+    FOR_LANES (i, span) {
+        double half = (to->rim[i] > 0) | !(to->center.hit[i] > 0) ? 0 : 0.5;
+        double x = half * ((double)px[i + step] - (double)px[i - step]);
+        double y = half * ((double)py[i + step] - (double)py[i - step]);
+        double z = half * ((double)pz[i + step] - (double)pz[i - step]);
+        double u = half * ((double)nx[i + step] - (double)nx[i - step]);
+        double v = half * ((double)ny[i + step] - (double)ny[i - step]);
+        double w = half * ((double)nz[i + step] - (double)nz[i - step]);
+        double length2 = x * x + y * y + z * z, turn2 = u * u + v * v + w * w;
+        double curvature = sqrt(turn2 / (length2 > 1e-24 ? length2 : 1e-24));
+        point->x[i] = x;
+        point->y[i] = y;
+        point->z[i] = z;
+        normal->x[i] = u;
+        normal->y[i] = v;
+        normal->z[i] = w;
+        to->curvature[i] = curvature > to->curvature[i] ? curvature : to->curvature[i];
+    }
+}
+
+// A ray that meets nothing has no edges.
+WIDE static void forget_missed(struct patches *to, lane_span span)
+{
+    FOR_LANES (i, span) {
+        to->rim[i] = to->center.hit[i] > 0 ? to->rim[i] : 0;
+        to->dusk[i] = to->center.hit[i] > 0 ? to->dusk[i] : 0;
+    }
 }
 
 void rec_raster_patches(struct patches *to, const struct raster *r, const struct viewing *v, int x0,
-                        int y)
+                        int y, lane_span span)
 {
-    *to = (struct patches){0};
-    for (int i = 0; i < LANES; i++)
-        take_patch(to, r, v, x0 + i, y, i);
+    const struct raster_row row = row_of(r, x0, y);
+    take_own(to, &row, v->sample->center, span);
+    for (int k = 0; k < 9; k++)
+        if (k != 4)
+            compare(to, &row, (ptrdiff_t)(k / 3 - 1) * r->columns + k % 3 - 1, span);
+    differ(to, &row, 1, 0, span);
+    differ(to, &row, r->columns, 1, span);
+    forget_missed(to, span);
 }
 
 WIDE void rec_patches_meet(struct meetings *m, const struct patches *p, double du, double dv,

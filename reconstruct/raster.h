@@ -4,15 +4,19 @@
 
 #include "strip.h"
 
-/** What the ray of one photosite's centre meets. */
-struct raster_cell {
-    float point[3], normal[3];  // point: from the sample's centre
-    bool hit, shadowed;         // shadowed: the mesh itself keeps the lamp's light off
+/** What is known of a photosite's ray, a plane each. */
+enum raster_plane {
+    RASTER_POINT,  // from the sample's centre; three
+    RASTER_NORMAL = RASTER_POINT + 3,
+    RASTER_HIT = RASTER_NORMAL + 3,  // 1 or 0
+    RASTER_SHADOWED,                 // 1: the mesh itself keeps the lamp's light off
+    RASTER_PLANES
 };
 
-/** The photosites of a box, and one more each way. Owns cell; {0} is empty; rec_raster_free(). */
+/** The photosites of a box's strips, and one more each way. Owns plane[0], which holds all; {0} is
+ *  empty; rec_raster_free(). */
 struct raster {
-    struct raster_cell *cell;  // [rows][columns], the first at (x0, y0)
+    float *plane[RASTER_PLANES];  // [rows][columns], the first at (x0, y0)
     int x0, y0, columns, rows;
 };
 
@@ -30,8 +34,9 @@ struct patches {
     double dusk[LANES];  // 1: one of them is in shadow
     double curvature[LANES];  // 1/mm
 };
+/** Of a span of the strip that begins at (x0, y), one of the box's. */
 void rec_raster_patches(struct patches *patches, const struct raster *raster,
-                        const struct viewing *viewing, int x0, int y);
+                        const struct viewing *viewing, int x0, int y, lane_span span);
 /** Meetings of an offset (du, dv) from the photosites' centres, |du| and |dv| at most a half. */
 void rec_patches_meet(struct meetings *m, const struct patches *patches, double du, double dv,
                       lane_span span);
