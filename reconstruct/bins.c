@@ -243,25 +243,30 @@ static struct bin finish_bin(const struct all_sums *all, struct grid grid, int i
 static bool in_every_channel(struct all_sums s)
 {
     bool all = true;
-    for (int c = 0; c < 3; c++)
-        all = all && (weight_of(&s, c) > 0 || (s.mosaic && s.mosaic->lent_w[c] > 0));
+    for (int c = 0; c < 3 && s.mosaic; c++)
+        all = all && (weight_of(&s, c) > 0 || s.mosaic->lent_w[c] > 0);
     return all;
 }
 
 enum status rec_tally_finish(struct bins *bins, const struct tally *tally, struct error *err)
 {
-    struct bin *bin = malloc(((size_t)tally->count + 1) * sizeof *bin);
-    if (!bin)
+    const size_t most = (size_t)tally->count + 1;
+    struct bin *bin = malloc(most * sizeof *bin);
+    int *index = malloc(most * sizeof *index), count = 0;
+    if (!bin || !index) {
+        free(bin);
+        free(index);
         return out_of_memory(err);
-    int count = 0;
+    }
     for (int i = 0; i < rec_grid_bins(tally->grid); i++)
         if (tally->slot[i] && in_every_channel(sums_of(tally, i)))
-            bin[count++].index = i;
+            index[count++] = i;
 #pragma omp parallel for schedule(static)
     for (int k = 0; k < count; k++) {
-        const struct all_sums all = sums_of(tally, bin[k].index);
-        bin[k] = finish_bin(&all, tally->grid, bin[k].index);
+        const struct all_sums all = sums_of(tally, index[k]);
+        bin[k] = finish_bin(&all, tally->grid, index[k]);
     }
+    free(index);
     *bins = (struct bins){.bin = bin, .count = count, .grid = tally->grid};
     return STATUS_OK;
 }

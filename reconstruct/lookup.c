@@ -101,8 +101,9 @@ enum status rec_lookup_make(struct lookup **lookup, const struct merl *table, st
     if (!made)
         return cap_fail(err, STATUS_MEMORY, "no memory to evaluate a table");
     const struct horizon z = horizon_of_centers();
-    for (int c = 0; c < 3; c++)
-        for (int h = 0; h < MERL_THETA_H; h++)
+#pragma omp parallel for schedule(static)
+    for (int h = 0; h < MERL_THETA_H; h++)
+        for (int c = 0; c < 3; c++)
             for (int p = 0; p < MERL_PHI_D; p++)
                 take_column(made, table->value + (size_t)c * MERL_BINS, &z, h, p, c);
     for (int h = 1; h < H; h++) {
