@@ -193,7 +193,7 @@ static void test_systematic_errors_are_derivatives(void **state)
         assert_near(systematic(s, x, y), fabs(up - down) / 2, 0.01 * fabs(up - down) / 2 + 1e-7);
         *sigma[k] = 0;
     }
-    s->view.sigma_power = 0.011;  // of 1.1
+    s->view.sigma_power = 0.011;                          // of 1.1
     assert_near(systematic(s, x, y), 0.01, 0.01 * 2e-7);  // a few roundings of single precision
     free_scene(s);
 }
