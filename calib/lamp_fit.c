@@ -10,8 +10,9 @@
  *           stray from the model their own residuals tell, and weights follow that. A lamp whose
  *           distance comes out below FAR_SIGMAS sigmas of its inverse is at infinity: its distance
  *           is held there, and it has a direction alone.
- * Accuracy. The sandwich over views is used for sigmas (views share errors of pose and model),
- *           never below the formal ones.
+ * Accuracy. The sandwich over views (which share errors of pose and model) and over places of the
+ *           board (what is uneven there all views share) is used for sigmas, never below the formal
+ *           ones.
  */
 #include "lamp_problem.h"
 #include "sandwich.h"
@@ -69,20 +70,25 @@ static enum status spread_of(struct lamp_spread *spread, const struct lamp_probl
                              struct ceres_problem *problem, int views, struct error *err)
 {
     int *cluster = calloc((size_t)p->terms + 1, sizeof *cluster);
+    int *place = calloc((size_t)p->terms + 1, sizeof *place), places = 0;
     spread->numbers = 0;
     for (int i = 0; i < p->parameters; i++)
         spread->numbers += p->parameter[i].size;
     size_t n = (size_t)spread->numbers;
     spread->covariance = calloc(n * n, sizeof *spread->covariance);
-    enum status status = cluster && spread->covariance
+    enum status status = cluster && place && spread->covariance
                              ? STATUS_OK
                              : cap_fail(err, STATUS_MEMORY, "the covariance of %zu numbers", n);
     for (int t = 0; !status && t < p->terms; t++) {
         const struct observation *o = p->term[t].context;
         cluster[t] = o->facet || o->kind == KIND_HIGHLIGHT ? o->view : -1;
+        place[t] = o->facet ? o->facet->place : -1;
+        places = place[t] >= places ? place[t] + 1 : places;
     }
     if (!status)
-        status = cal_sandwich_covariance(spread->covariance, problem, cluster, views, err);
+        status =
+            cal_sandwich_two_ways(spread->covariance, problem, cluster, views, place, places, err);
+    free(place);
     free(cluster);
     return status;
 }

@@ -142,8 +142,8 @@ static const struct tag_place *place_of(const struct capture *capture, int id)
 
 static enum status paper_facets(struct facets *facets, const struct radiance *map,
                                 const struct calibration *c, int v, const struct seen_tag *seen,
-                                const struct tag_place *place, const struct tag_pattern *pattern,
-                                struct error *err)
+                                int tag, const struct tag_place *place,
+                                const struct tag_pattern *pattern, struct error *err)
 {
     struct quadrilateral q = quad_of(seen->corner);
     struct facet_sums quarter[4];
@@ -170,7 +170,8 @@ static enum status paper_facets(struct facets *facets, const struct radiance *ma
     vec3 corner = vec3_sub(place->center, vec3_scale(vec3_add(right, up), 0.5));
     for (int k = 0; k < 4; k++) {
         const struct facet_sums *s = &quarter[k];
-        struct facet facet = {.view = v, .material = MATERIAL_PAPER, .normal = normal};
+        struct facet facet = {
+            .view = v, .material = MATERIAL_PAPER, .place = 4 * tag + k, .normal = normal};
         if (s->count < SITES_MIN || !facet_of_sums(s, SPREAD_MAX, &facet) || !facet.bright)
             continue;
         facet_of_place(s, corner, right, up, &facet);
@@ -207,7 +208,7 @@ static void place_on_patch(const struct patch *p, const struct facet_sums *sums,
 
 static enum status patch_facets(struct facets *facets, const struct radiance *map,
                                 const struct calibration *c, int v, const struct patch *patch,
-                                int material, struct error *err)
+                                int material, int first, struct error *err)
 {
     const struct view *view = &c->view[v];
     vec3 eye = cal_eye(view->view_from_world);
@@ -241,7 +242,8 @@ static enum status patch_facets(struct facets *facets, const struct radiance *ma
         }
     double reach = vec3_length(vec3_sub(patch->corner[2], patch->corner[0])) / PATCH_FACETS / 2;
     for (int k = 0; k < PATCH_FACETS * PATCH_FACETS; k++) {
-        struct facet facet = {.view = v, .material = material, .normal = normal};
+        struct facet facet = {
+            .view = v, .material = material, .place = first + k, .normal = normal};
         if (sums[k].count < SITES_MIN || !facet_of_sums(&sums[k], SPREAD_MAX, &facet)
             || !facet.bright)
             continue;
@@ -265,10 +267,12 @@ enum status cal_board_facets(struct facets *facets, const struct radiance *map,
         struct tag_pattern pattern;
         const struct tag_place *place = place_of(capture, view->tag[i].id);
         if (place && !(status = pattern_of(&pattern, family, place->id, err)))
-            status = paper_facets(facets, map, c, v, &view->tag[i], place, &pattern, err);
+            status = paper_facets(facets, map, c, v, &view->tag[i], (int)(place - capture->tag),
+                                  place, &pattern, err);
     }
     for (int k = 0; k < capture->patches && !status; k++)
-        status = patch_facets(facets, map, c, v, &capture->patch[k], MATERIAL_PATCH + k, err);
+        status = patch_facets(facets, map, c, v, &capture->patch[k], MATERIAL_PATCH + k,
+                              4 * capture->tags + PATCH_FACETS * PATCH_FACETS * k, err);
     return status;
 }
 
@@ -371,7 +375,7 @@ enum status cal_sample_facets(struct facets *facets, const struct radiance *map,
     side = (side + cell - 1) / cell * cell;  // whole cells of a mosaic
     for (int y = range[1]; y + side <= range[3] + 1; y += side)
         for (int x = range[0]; x + side <= range[2] + 1; x += side) {
-            struct facet facet = {.view = v, .material = MATERIAL_SAMPLE};
+            struct facet facet = {.view = v, .material = MATERIAL_SAMPLE, .place = -1};
             double middle[2] = {x + 0.5 * (side - 1), y + 0.5 * (side - 1)};
             vec3 ray;
             solid_hit hit = meet_at(&look, middle[0], middle[1], &ray);

@@ -16,6 +16,7 @@ enum { MATERIAL_SAMPLE, MATERIAL_PAPER, MATERIAL_PATCH };
 /** A small piece of a lit surface in one view, averaged over many photosites. */
 struct facet {
     int view, material;
+    int place;                 // on the board: what is uneven there all views share; -1: none
     vec3 point, normal;        // world; on the board the mean place of its photosites
     vec3 spread[2];            // whose covariance is the sum of s s^T; 0: point is their middle
     double pixel[2];           // its middle

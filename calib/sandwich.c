@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /** The free numbers of a problem, and room to evaluate its largest term. */
 struct workspace {
@@ -138,32 +139,91 @@ static void never_below(double *covariance, const double *formal, int columns)
     }
 }
 
-enum status cal_sandwich_covariance(double *covariance, const struct ceres_problem *p,
-                                    const int *cluster, int clusters, struct error *err)
+/** Gradients by the clusters of each way, [clusters][columns]: one after another in room, which the
+ *  caller frees. */
+struct ways {
+    const int *cluster[3];
+    int clusters[3];
+    double *g[3], *room;
+};
+
+static bool ways_make(struct ways *w, int columns)
+{
+    size_t all = 0;
+    for (int k = 0; k < 3; k++)
+        all += (size_t)w->clusters[k] * (size_t)columns;
+    w->room = calloc(all + 1, sizeof *w->room);
+    double *next = w->room;
+    for (int k = 0; k < 3 && next; k++) {
+        w->g[k] = next;
+        next += (size_t)w->clusters[k] * (size_t)columns;
+    }
+    return w->room;
+}
+
+/** The normal matrix, and all gradients; one [columns] is scratch. */
+static void ways_add(struct ways *ways, struct workspace *w, const struct ceres_problem *p,
+                     double *h, double *one)
+{
+    for (int t = 0; t < p->terms; t++) {
+        memset(one, 0, (size_t)w->columns * sizeof *one);
+        add_term(w, p, &p->term[t], h, one);
+        for (int k = 0; k < 3; k++) {
+            if (!ways->cluster[k] || ways->cluster[k][t] < 0)
+                continue;
+            double *g = ways->g[k] + (size_t)w->columns * (size_t)ways->cluster[k][t];
+            for (int a = 0; a < w->columns; a++)
+                g[a] += one[a];
+        }
+    }
+}
+
+/** out += or -= the sandwich of one way; work [columns][columns] and [columns][clusters]. */
+static void add_way(double *out, double sign, const double *inverse, const struct ways *ways, int k,
+                    int columns, double *work[2])
+{
+    meat_and_bread(work[0], inverse, ways->g[k], columns, ways->clusters[k], work[1]);
+    for (size_t i = 0; i < (size_t)columns * (size_t)columns; i++)
+        out[i] += sign * work[0][i];
+}
+
+/** From clusters by one way, or (clusters[1] > 0) by two and by both. */
+static enum status covariance_of(double *covariance, const struct ceres_problem *p,
+                                 struct ways *ways, struct error *err)
 {
     struct workspace w = {0};
-    double *h = NULL, *inverse = NULL, *g = NULL, *work = NULL;
+    double *h = NULL, *inverse = NULL, *first = NULL, *one = NULL, *work[2] = {NULL, NULL};
     enum status status = STATUS_OK;
-    bool room = workspace_make(&w, p);
+    bool room = workspace_make(&w, p) && ways_make(ways, w.columns);
     const size_t n = (size_t)w.columns, all = (size_t)w.numbers;
+    int most = ways->clusters[0];
+    for (int k = 1; k < 3; k++)
+        most = ways->clusters[k] > most ? ways->clusters[k] : most;
     if (room) {
         h = calloc(n * n + 1, sizeof *h);
         inverse = calloc(n * n + 1, sizeof *inverse);
-        g = calloc(n * (size_t)clusters + 1, sizeof *g);
-        work = calloc(n * (size_t)clusters + 1, sizeof *work);
+        first = calloc(n * n + 1, sizeof *first);
+        one = calloc(n + 1, sizeof *one);
+        work[0] = calloc(n * n + 1, sizeof *work[0]);
+        work[1] = calloc(n * (size_t)most + 1, sizeof *work[1]);
     }
-    if (!h || !inverse || !g || !work) {
+    if (!h || !inverse || !first || !one || !work[0] || !work[1]) {
         status = cap_fail(err, STATUS_MEMORY, "the covariance of %d numbers", w.numbers);
         goto done;
     }
-    for (int t = 0; t < p->terms; t++)
-        add_term(&w, p, &p->term[t], h, cluster[t] < 0 ? NULL : g + n * (size_t)cluster[t]);
+    ways_add(ways, &w, p, h, one);
     if (!dense_cholesky(w.columns, h)) {
         status = cap_fail(err, STATUS_DATA, "the measurements leave unknowns undetermined");
         goto done;
     }
     dense_inverse(w.columns, h, inverse);
-    meat_and_bread(h, inverse, g, w.columns, clusters, work);
+    meat_and_bread(first, inverse, ways->g[0], w.columns, ways->clusters[0], work[1]);
+    memcpy(h, first, n * n * sizeof *h);
+    if (ways->clusters[1] > 0) {
+        add_way(h, 1, inverse, ways, 1, w.columns, work);
+        add_way(h, -1, inverse, ways, 2, w.columns, work);
+        never_below(h, first, w.columns);
+    }
     never_below(h, inverse, w.columns);
     for (size_t i = 0; i < all; i++)
         for (size_t j = 0; j < all; j++)
@@ -172,10 +232,45 @@ enum status cal_sandwich_covariance(double *covariance, const struct ceres_probl
                                           : h[(size_t)w.column[i] * n + (size_t)w.column[j]];
 done:
     workspace_free(&w);
+    free(ways->room);
     free(h);
     free(inverse);
-    free(g);
-    free(work);
+    free(first);
+    free(one);
+    free(work[0]);
+    free(work[1]);
+    return status;
+}
+
+enum status cal_sandwich_covariance(double *covariance, const struct ceres_problem *p,
+                                    const int *cluster, int clusters, struct error *err)
+{
+    struct ways ways = {.cluster = {cluster}, .clusters = {clusters}};
+    return covariance_of(covariance, p, &ways, err);
+}
+
+enum status cal_sandwich_two_ways(double *covariance, const struct ceres_problem *p,
+                                  const int *cluster, int clusters, const int *other, int others,
+                                  struct error *err)
+{
+    int *both = calloc((size_t)p->terms + 1, sizeof *both);
+    if (!both)
+        return cap_fail(err, STATUS_MEMORY, "%d terms", p->terms);
+    int *at = calloc((size_t)clusters * (size_t)others + 1, sizeof *at), count = 0;
+    for (int t = 0; t < p->terms && at; t++) {
+        both[t] = -1;
+        if (cluster[t] < 0 || other[t] < 0)
+            continue;
+        int *found = &at[(size_t)cluster[t] * (size_t)others + (size_t)other[t]];
+        if (*found == 0)
+            *found = ++count;
+        both[t] = *found - 1;
+    }
+    struct ways ways = {.cluster = {cluster, other, both}, .clusters = {clusters, others, count}};
+    enum status status = at ? covariance_of(covariance, p, &ways, err)
+                            : cap_fail(err, STATUS_MEMORY, "%d clusters", clusters * others);
+    free(at);
+    free(both);
     return status;
 }
 

@@ -19,4 +19,11 @@ enum status cal_sandwich(double *sigma, const struct ceres_problem *problem, con
  *  variance of a number is the larger one, its row and column grow with it. */
 enum status cal_sandwich_covariance(double *covariance, const struct ceres_problem *problem,
                                     const int *cluster, int clusters, struct error *err);
+/** The same where terms may share errors in two ways, such as views and places on a board: B is the
+ *  sum over the clusters of both, less that over those that terms share in both ways, and no number
+ *  is surer than by the first way alone. A. C. Cameron, J. B. Gelbach, D. L. Miller, "Robust
+ *  inference with multiway clustering", Journal of Business & Economic Statistics, 2011. */
+enum status cal_sandwich_two_ways(double *covariance, const struct ceres_problem *problem,
+                                  const int *cluster, int clusters, const int *other, int others,
+                                  struct error *err);
 #endif

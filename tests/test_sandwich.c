@@ -78,6 +78,41 @@ static void test_shared_errors_do_not_average_out(void **state)
     assert_true(fabs(mean) < 3 * sigma);
 }
 
+/** A table whose rows and columns have errors of their own: both are in the mean's. */
+static void test_errors_shared_in_two_ways(void **state)
+{
+    (void)state;
+    double measured[TERMS], mean = 0, row[CLUSTERS], column[CLUSTERS], two, same;
+    int by_row[TERMS], by_column[TERMS];
+    struct ceres_term term[TERMS];
+    srand(3);
+    for (int k = 0; k < CLUSTERS; k++) {
+        row[k] = 3 * deviate();
+        column[k] = 2 * deviate();
+    }
+    for (int t = 0; t < TERMS; t++) {
+        by_row[t] = t / CLUSTERS;
+        by_column[t] = t % CLUSTERS;
+        measured[t] = row[by_row[t]] + column[by_column[t]] + 0.1 * deviate();
+    }
+    double one = sigma_of_mean(measured, by_row, &mean);
+    struct ceres_parameter parameter = {.value = &mean, .size = 1};
+    for (int t = 0; t < TERMS; t++)
+        term[t] = (struct ceres_term){
+            .evaluate = evaluate, .context = &measured[t], .residuals = 1, .parameters = 1};
+    struct ceres_problem p = {
+        .parameter = &parameter, .term = term, .parameters = 1, .terms = TERMS};
+    assert_int_equal(cal_sandwich_two_ways(&two, &p, by_row, CLUSTERS, by_column, CLUSTERS, NULL),
+                     STATUS_OK);
+    // Of each way's variance the clusters tell to sqrt(2 / 20).
+    assert_near(two, 13.0 / CLUSTERS, 3 * 13.0 / CLUSTERS * sqrt(2.0 / CLUSTERS));
+    assert_near(one * one, 9.0 / CLUSTERS, 3 * 9.0 / CLUSTERS * sqrt(2.0 / CLUSTERS));
+    assert_true(two > one * one);
+    assert_int_equal(cal_sandwich_two_ways(&same, &p, by_row, CLUSTERS, by_row, CLUSTERS, NULL),
+                     STATUS_OK);
+    assert_near(same, one * one, 1e-9);
+}
+
 static void test_held_numbers_have_none(void **state)
 {
     (void)state;
@@ -104,6 +139,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_independent_errors),
         cmocka_unit_test(test_shared_errors_do_not_average_out),
+        cmocka_unit_test(test_errors_shared_in_two_ways),
         cmocka_unit_test(test_held_numbers_have_none),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
