@@ -42,6 +42,7 @@ struct tie {
     vec3 q, across, normal, center;
     double sigma;  // of q along across, mm
     double bent;   // how far that the limb bends may have shifted it
+    int view;
 };
 
 /** By what angle the lamp at x is seen outside the sphere's limb from q. */
@@ -69,7 +70,8 @@ static void make_ties(struct tie *tie, const struct calibration *c, int l,
                               .normal = cal_lamp_frame_direction(lamp, at, normal),
                               .center = cal_lamp_frame(lamp, at, c->sample.center),
                               .sigma = hypot(hypot(piece[i].sigma, EDGE_SIGMA), bent),
-                              .bent = bent};
+                              .bent = bent,
+                              .view = piece[i].view};
     }
 }
 
@@ -140,6 +142,33 @@ static bool step_of(struct place *p, const struct tie *tie, int count, double st
     return true;
 }
 
+/** How much more views pull the place apart than their edges' noise does, as a factor of variances:
+ *  what the edges of a view share (its pose, where a shadow falls on print) is no noise of theirs.
+ */
+static double views_apart(const double covariance[UNKNOWNS * UNKNOWNS], const struct place *p,
+                          const struct tie *tie, int count)
+{
+    double sum[UNKNOWNS] = {0}, most = 1;
+    int views = 0;
+    for (int i = 0; i < count;) {  // the ties of a view stand together
+        double g[UNKNOWNS] = {0};
+        const int view = tie[i].view;
+        for (; i < count && tie[i].view == view; i++) {
+            double by[UNKNOWNS], r = residual_of(&tie[i], &p->chart, p->x, p->radius, by);
+            double u = r / (BIWEIGHT * p->scale), w = fabs(u) < 1 ? (1 - u * u) * (1 - u * u) : 0;
+            for (int a = 0; a < UNKNOWNS; a++)
+                g[a] += (a == 2 && p->far) ? 0 : w * by[a] * r;
+        }
+        dense_solve(UNKNOWNS, p->h, g);
+        for (int a = 0; a < UNKNOWNS; a++)
+            sum[a] += g[a] * g[a];
+        views++;
+    }
+    for (int a = 0; a < UNKNOWNS && views > 1; a++)
+        most = fmax(most, sum[a] * views / (views - 1) / covariance[UNKNOWNS * a + a]);
+    return most;
+}
+
 /** Add to the covariance what a change of all ties does to the place. */
 static void add_shared(double covariance[UNKNOWNS * UNKNOWNS], const struct place *p,
                        const struct tie *tie, const struct tie *changed, double radius, int count)
@@ -168,6 +197,9 @@ static void covariance_of(double covariance[UNKNOWNS * UNKNOWNS], const struct p
     dense_inverse(UNKNOWNS, p->h, covariance);
     for (int k = 0; k < UNKNOWNS * UNKNOWNS; k++)
         covariance[k] *= p->scale * p->scale;
+    const double apart = views_apart(covariance, p, tie, count);
+    for (int k = 0; k < UNKNOWNS * UNKNOWNS; k++)
+        covariance[k] *= apart;
     memcpy(work, tie, (size_t)count * sizeof *work);
     for (int i = 0; i < count; i++)
         work[i].q = vec3_add(tie[i].q, vec3_scale(tie[i].normal, SURFACE_MM));
@@ -239,7 +271,7 @@ enum status shadow_cue(struct lamp_cue *cue, const struct calibration *c, int l,
     cue->direction = cal_chart_direction(&p.chart, p.x);
     cue->sigma = sigma;
     double sigma_x2 = sqrt(covariance[2 * UNKNOWNS + 2]);
-    if (!p.far && sigma_x2 < 0.5 * p.x[2]) {
+    if (!p.far && sigma_x2 < 0.5 * p.x[2] && fabs(step[2]) < 0.1 * sigma_x2) {
         cue->distance = 1 / cal_chart_inverse_mm(p.x[2]);
         cue->sigma_distance = cue->distance * sigma_x2 / p.x[2];
     }
