@@ -26,16 +26,19 @@ static enum status place_sample(struct outline *edges, struct calibration *c,
                                 const char *out, struct run *run, struct error *err)
 {
     cap_stage(run, "outline", 0);
-    return c->sample.shape == SHAPE_SPHERE
-               ? cal_sphere_place(&edges->sphere, &edges->count, c, capture, out, run, err)
-               : cal_solid_place(&edges->solid, &edges->count, prior, c, out, run, err);
+    if (c->sample.shape == SHAPE_SPHERE)
+        return cal_sphere_place(&edges->sphere, &edges->count, c, capture, out, run, err);
+    enum status status = cal_solid_place(&edges->solid, &edges->count, prior, c, out, run, err);
+    if (status == STATUS_DATA)  // the size may be why
+        cal_mesh_size_check(c, out, run, NULL);
+    return status;
 }
 
 /** Lamps by all that is lit. They may show that some of the edges were not the sphere's but the
  *  light's: a sphere is then moved, and lamps follow it. */
 static enum status finish_lamps(struct lamp_search *search, struct calibration *c,
                                 const struct outline *edges, const struct capture *capture,
-                                struct run *run, struct error *err)
+                                const char *out, struct run *run, struct error *err)
 {
     const struct sample placed = c->sample;
     const bool sphere = placed.shape == SHAPE_SPHERE;
@@ -51,7 +54,7 @@ static enum status finish_lamps(struct lamp_search *search, struct calibration *
     if (!status)
         status = sphere ? cal_sphere_check(c, edges->sphere, edges->count, run, err)
                         : cal_solid_check(c, edges->solid, edges->count, run, err);
-    return status;
+    return status ? status : cal_mesh_size_check(c, out, run, err);
 }
 
 /** Sample and lamps need each other: the sample roughly, the lamps by the board that it leaves
@@ -75,7 +78,7 @@ static enum status find_sample_and_lamps(struct calibration *c, const struct cap
     if (!status)
         status = cal_balls_place(c, capture, out, run, err);
     if (!status)
-        status = finish_lamps(&search, c, &edges, capture, run, err);
+        status = finish_lamps(&search, c, &edges, capture, out, run, err);
     cal_lamp_search_free(&search);
     free(edges.sphere);
     free(edges.solid);

@@ -5,9 +5,9 @@
  *
  *               px_per_mm across.(v + t x (p - c)),
  *
- *           and a larger radius moves a cylinder's along its normal. Least squares for these seven,
- *           reweighted by Tukey's biweight as for spheres (sphere.c); then the outline is
- *           predicted anew. What no outline tells, such as the turn of a vase about its axis, is
+ *           and a larger radius moves a cylinder's along its normal, a mesh's from its middle.
+ * Least squares for these seven, reweighted by Tukey's biweight as for spheres (sphere.c); then the
+ * outline is predicted anew. What no outline tells, such as the turn of a vase about its axis, is
  *           no unknown: the surface there is one of revolution, and it makes no difference.
  * Accuracy. The covariance is the sandwich over views, as for spheres: what is independent are
  *           views, not edges. The limb model's own bias is added.
@@ -48,7 +48,8 @@ static void make_pulls(struct pull *pull, const struct sample *s, const struct c
         vec3 radial = vec3_sub(arm, vec3_scale(axis, vec3_dot(arm, axis)));
         pull[i] = (struct pull){
             .by = {turn.x, turn.y, turn.z, shift.x, shift.y, shift.z,
-                   cylinder ? vec3_dot(shift, vec3_normalize(radial)) : 0},
+                   vec3_dot(shift,
+                            cylinder ? vec3_normalize(radial) : vec3_scale(arm, 1 / s->radius))},
             .off = edge[i].off,
             .sigma_px = hypot(edge[i].sigma_px, 0.01),  // no edge is better than that
             .view = edge[i].view,
@@ -108,6 +109,12 @@ struct prior_terms {
     double axis_weight;
 };
 
+/** Is the radius an unknown? */
+static bool sizes(const struct sample *s, const struct solid_prior *prior)
+{
+    return s->shape == SHAPE_CYLINDER ? prior->free_radius : prior->free_size;
+}
+
 static struct prior_terms priors(const struct sample *s, const struct solid_prior *prior)
 {
     const double shift = SHIFT_PRIOR * cal_solid_reach(s);
@@ -121,7 +128,7 @@ static struct prior_terms priors(const struct sample *s, const struct solid_prio
         t.weight[a] = 1 / (sigma * sigma);
         t.wanted[a] = -moved[a];
     }
-    if (s->shape != SHAPE_CYLINDER || !prior->free_radius)
+    if (!sizes(s, prior))
         t.weight[RADIUS] *= HELD;
     if (s->shape == SHAPE_CYLINDER)
         t.axis = vec3_normalize(s->axis);
@@ -193,15 +200,13 @@ static void measure_outline(struct sample *s, const struct pull *p, int count,
     s->outline_rms_px = s->outline_edges ? sqrt(sum / s->outline_edges) : 0;
 }
 
-static void take_sigmas(struct sample *s, const double sigma[UNKNOWNS], double model_mm,
-                        bool free_radius)
+static void take_sigmas(struct sample *s, const double sigma[UNKNOWNS], double model_mm, bool sized)
 {
     for (int a = 0; a < 3; a++) {
         s->sigma_center[a] = hypot(sigma[SHIFT + a], model_mm);
         s->sigma_turn[a] = hypot(sigma[TURN + a], model_mm / cal_solid_reach(s));
     }
-    s->sigma_radius =
-        free_radius && s->shape == SHAPE_CYLINDER ? hypot(sigma[RADIUS], model_mm) : 0;
+    s->sigma_radius = sized ? hypot(sigma[RADIUS], model_mm) : 0;
 }
 
 enum status cal_solid_fit(struct sample *sample, struct solid_prior *prior,
@@ -245,7 +250,7 @@ enum status cal_solid_fit(struct sample *sample, struct solid_prior *prior,
         sample->radius += x[RADIUS];
         prior->turned = vec3_add(prior->turned, turn);
         prior->shifted = vec3_add(prior->shifted, shift);
-        take_sigmas(sample, sigma, MODEL_PX * mm_per_px, prior->free_radius);
+        take_sigmas(sample, sigma, MODEL_PX * mm_per_px, sizes(sample, prior));
     }
     free(pull);
     free(work);

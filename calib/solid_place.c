@@ -13,9 +13,13 @@
 
 #include <float.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const double FINE_ENOUGH = 0.02;  // px: a step that moves the sample less is the last
-static const double TRUSTED = 0.01;      // a radius known to this, relative, needs no fit at first
+static const double SUSPECT_PX = 0.2;    // an outline that strays more may have another size
+static const double SIZE_UNKNOWN = 0.2;  // of a mesh, relative
+static const double SIZE_SIGMAS = 5, SIZE_MATTERS = 0.005;  // a size that is off by more is told
+static const double TRUSTED = 0.01;  // a radius known to this, relative, needs no fit at first
 
 /** The edges of one view. */
 struct view_edges {
@@ -115,6 +119,86 @@ enum status cal_solid_check(const struct calibration *c, const struct contour_ed
     free(kept);
     free(touch);
     return status;
+}
+
+/** The mesh of *s, `times` as large about its middle. The caller frees it by free_mesh(). */
+static enum status resized(struct sample *to, const struct sample *s, double times,
+                           struct error *err)
+{
+    vec3 arm = vec3_sub(s->world_from_file.translation, s->center);
+    struct sample made = {.shape = SHAPE_MESH,
+                          .file = strdup(s->file),
+                          .scale = s->scale * times,
+                          .world_from_file = {s->world_from_file.rotation,
+                                              vec3_add(s->center, vec3_scale(arm, times))}};
+    enum status status =
+        made.file ? cal_sample_load(&made, err) : cap_fail(err, STATUS_MEMORY, "%s", s->file);
+    if (status)
+        free(made.file);
+    else
+        *to = made;
+    return status;
+}
+
+static void free_mesh(struct sample *s)
+{
+    cal_mesh_free(s->mesh);
+    free(s->file);
+}
+
+/** Let the size of the mesh c->sample follow edges within `search` pixels. */
+static enum status fit_size(struct calibration *c, const char *out, double search, bool fine,
+                            struct run *run, struct error *err)
+{
+    struct sample *s = &c->sample, next;
+    const double radius = s->radius;
+    struct solid_prior prior = {
+        .radius = radius, .radius_sigma = SIZE_UNKNOWN * radius, .free_size = true};
+    struct contour_edge *edge = NULL;
+    int count = 0;
+    enum status status = find_edges(&edge, &count, c, out, search, fine, run, err);
+    if (!status && fine)
+        count = leave_dusk(edge, edge, count, c);
+    if (!status)
+        status = cal_solid_fit(s, &prior, edge, count, c->views, 1 / pixels_per_mm(c), err);
+    const double times = s->radius / radius, sigma = s->sigma_radius, rms = s->outline_rms_px;
+    if (!status)
+        status = resized(&next, s, times, err);
+    if (!status) {
+        free_mesh(s);
+        *s = next;
+        s->sigma_radius = sigma;
+        s->outline_rms_px = rms;
+    }
+    free(edge);
+    return status;
+}
+
+enum status cal_mesh_size_check(const struct calibration *c, const char *out, struct run *run,
+                                struct error *err)
+{
+    const struct sample *is = &c->sample;
+    struct calibration other = *c;
+    if (is->shape != SHAPE_MESH || is->outline_rms_px < SUSPECT_PX)
+        return STATUS_OK;
+    enum status status = resized(&other.sample, is, 1, err);
+    const double size = pixels_per_mm(c) * cal_solid_reach(is);
+    const double search[] = {fmax(SIZE_UNKNOWN * size, 8), fmax(0.1 * size, 6), 5, 5, 2.5, 2.5};
+    if (status)
+        return status;
+    for (int k = 0; k < 6 && !status; k++)
+        status = fit_size(&other, out, search[k], k > 3, run, err);
+    const double times = other.sample.scale / is->scale;
+    const double sigma = other.sample.sigma_radius / other.sample.radius;
+    if (!status && other.sample.outline_rms_px < is->outline_rms_px
+        && fabs(times - 1) > fmax(SIZE_SIGMAS * sigma, SIZE_MATTERS))
+        cap_warn(run,
+                 "the mesh is not of the sample's size: its outline fits %.2f %% %s (+- %.2g %%): "
+                 "`scale: %.4g` in capture.yaml's `sample` would make it that",
+                 100 * fabs(times - 1), times > 1 ? "larger" : "smaller", 100 * sigma,
+                 other.sample.scale);
+    free_mesh(&other.sample);
+    return status == STATUS_DATA ? STATUS_OK : status;
 }
 
 /** Edges within `search` pixels, and a step to fit them. *moved: by how many pixels. The caller

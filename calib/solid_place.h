@@ -14,6 +14,7 @@ struct solid_prior {
     vec3 turned, shifted;         // by how much it has been moved since
     double radius, radius_sigma;  // nominal
     bool free_radius;             // a cylinder's radius is fitted too
+    bool free_size;               // a mesh's, as the radius of its ball
 };
 
 /** One robust step towards the edges ([count], views counted in `views`): moves *sample, and fills
@@ -33,6 +34,9 @@ enum status cal_solid_start(bool *sure, struct solid_prior *prior, struct calibr
 enum status cal_solid_place(struct contour_edge **edges, int *count, struct solid_prior *prior,
                             struct calibration *calibration, const char *out, struct run *run,
                             struct error *err);
+/** Warn of a mesh that another size would fit better, with the `scale` of its file that does. */
+enum status cal_mesh_size_check(const struct calibration *calibration, const char *out,
+                                struct run *run, struct error *err);
 enum status cal_solid_check(const struct calibration *calibration, const struct contour_edge *edges,
                             int count, struct run *run, struct error *err);
 
