@@ -89,6 +89,16 @@ static int count_names(const exr_attr_chlist_t *channels, const char *const *nam
     return found;
 }
 
+/* How many photosites share their colour; where nobody tells, each has its own. */
+static void read_chroma(struct radiance *map, exr_context_t file)
+{
+    exr_attr_v2i_t chroma = {{{0, 0}}};
+    if (exr_attr_get_v2i(file, 0, EXR_CHROMA, &chroma) == EXR_ERR_SUCCESS) {
+        map->chroma[0] = chroma.x;
+        map->chroma[1] = chroma.y;
+    }
+}
+
 /* 3, or 1 with the mosaic's cfa; 0: not our form. */
 static int our_channels(exr_context_t file, char cfa[CFA_SIZE])
 {
@@ -124,6 +134,7 @@ static enum status read_open_file(struct radiance *map, exr_context_t file, cons
     exr_attr_box2i_t box;
     struct radiance made = {0};
     made.channels = our_channels(file, made.cfa);
+    read_chroma(&made, file);
     if (made.channels == 0 || exr_get_data_window(file, 0, &box))
         return cap_fail(err, STATUS_FORMAT,
                         "%s: not a radiance map (scan lines of R, G, B, var.R, var.G, var.B, or of "
@@ -193,6 +204,7 @@ static bool is_plain(exr_context_t file, struct radiance *map, size_t *first)
     exr_attr_box2i_t box;
     exr_chunk_info_t chunk;
     map->channels = our_channels(file, map->cfa);
+    read_chroma(map, file);
     if (map->channels == 0 || exr_get_compression(file, 0, &compression)
         || compression != EXR_COMPRESSION_NONE || exr_get_channels(file, 0, &channels)
         || channels->num_channels != 2 * map->channels || exr_get_data_window(file, 0, &box)

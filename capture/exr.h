@@ -4,13 +4,15 @@
 
 #include "capture.h"
 
-#define EXR_CFA "cfa"  // attribute of a mosaic: its cell, "RGGB"
+#define EXR_CFA    "cfa"              // attribute of a mosaic: its cell, "RGGB"
+#define EXR_CHROMA "goniocam:chroma"  // attribute where photosites share their colour: how many
 
 /** What a map's file tells besides pixels; texts may be NULL. */
 struct exr_header {
     int width, height, channels;  // channels 3, or 1 with cfa
     const char *cfa, *inputs, *make, *model, *times;
-    bool let_go;  // nobody will look at it soon: what is on the disk leaves memory
+    bool let_go;    // nobody will look at it soon: what is on the disk leaves memory
+    int chroma[2];  // of struct photo
 };
 
 /** A map under construction. */

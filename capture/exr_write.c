@@ -67,6 +67,9 @@ static exr_result_t make_header(exr_context_t file, const struct exr_header *hea
                                  EXR_PERCEPTUALLY_LINEAR, 1, 1);
     if (!result && header->channels == 1)
         result = set_text(file, EXR_CFA, header->cfa);
+    if (!result && (header->chroma[0] > 1 || header->chroma[1] > 1))
+        result = exr_attr_set_v2i(file, part, EXR_CHROMA,
+                                  &(exr_attr_v2i_t){{{header->chroma[0], header->chroma[1]}}});
     if (!result)
         result = set_text(file, inputs_attribute, header->inputs);
     if (!result)
@@ -383,6 +386,7 @@ enum status exr_write(const struct radiance *map, const char *path, const char *
                                 .height = map->height,
                                 .channels = map->channels == 1 ? 1 : 3,
                                 .cfa = map->cfa,
+                                .chroma = {map->chroma[0], map->chroma[1]},
                                 .inputs = inputs};
     size_t line = (size_t)header.width * (size_t)header.channels;
     struct exr_writer *writer = NULL;

@@ -80,6 +80,9 @@ static enum status begin(struct jpeg_file *file, struct error *err)
     info->height = (int)file->jpeg.output_height;
     info->channels = 3;
     info->gray = file->jpeg.num_components == 1;
+    const jpeg_component_info *colour = &file->jpeg.comp_info[file->jpeg.num_components - 1];
+    info->chroma[0] = file->jpeg.max_h_samp_factor / colour->h_samp_factor;
+    info->chroma[1] = file->jpeg.max_v_samp_factor / colour->v_samp_factor;
     info->bits = 8;
     info->encoded = true;
     file->line = malloc(3 * (size_t)info->width);

@@ -12,7 +12,7 @@
 #include <string.h>
 
 // Part of every map's identity: a change of the method makes the maps anew.
-static const char method[] = "merge 9";
+static const char method[] = "merge 10";
 
 /* The photographs of a shot and how they are used; their files are read beside each other. */
 static enum status hash_photos(struct hash *hash, const struct job *job, const struct shot *shot,
@@ -100,6 +100,7 @@ static enum status write_map(const char *path, const char *inputs, const struct 
                                     .height = first->height,
                                     .channels = first->channels,
                                     .cfa = first->cfa,
+                                    .chroma = {first->chroma[0], first->chroma[1]},
                                     .inputs = inputs,
                                     .make = first->make,
                                     .model = first->model,

@@ -2,7 +2,8 @@
  *
  * Each shot gives a few bands of rows: at least 16 bands in all, so that few shots show the whole
  * scene too. Strips that lie elsewhere are not decoded. Bands begin where a cell of a mosaic
- * begins.
+ * begins. A shot whose bands fell beside what is lit, so that they show less than another shot's of
+ * how its frames compare, is read again in more of them.
  */
 #include "sample.h"
 #include "bracket.h"
@@ -11,6 +12,7 @@
 #include <string.h>
 
 enum { PIXELS = 400000, BANDS_MIN = 16, ROWS_MIN = 4 };
+enum { MORE = 4, TELLING_MIN = 2000 };  // times as many bands; photosites that compare two frames
 
 /* What one shot gives: `bands` bands of `rows` rows, which begin at multiples of `cell`. */
 struct plan {
@@ -132,12 +134,77 @@ static void read_shot(struct bracket_sample *const s[3], const struct capture *c
     free(skip);
 }
 
+static float brightest(const struct sample_set *set, int shots)
+{
+    float most = 0;
+    for (int k = 0; k < 3 * shots; k++) {
+        const struct bracket_sample *s = &set->channel[k % 3][k / 3];
+        for (size_t i = 0; s->frames > 0 && i < s->photosites; i++)
+            most = fmaxf(most, s->dn[s->frames - 1][i]);
+    }
+    return most;
+}
+
+/* Pairs of neighbouring frames that enough photosites compare: in the middle of the range in sum.
+ */
+static int count_telling(const struct sample_set *set, int shot, float white)
+{
+    int pairs = 0;
+    for (int f = 1; f < set->channel[0][shot].frames; f++) {
+        int count = 0;
+        for (int c = 0; c < 3; c++) {
+            const struct bracket_sample *s = &set->channel[c][shot];
+            for (size_t i = 0; i < s->photosites; i++) {
+                float sum = s->dn[f - 1][i] + s->dn[f][i];
+                count += sum > 0.15f * white && sum < 0.85f * white;
+            }
+        }
+        pairs += count >= TELLING_MIN;
+    }
+    return pairs;
+}
+
+/* Shots to be read again, poor[]: those that tell less than others do. */
+static bool find_poor(bool *poor, const struct sample_set *set, int shots)
+{
+    const float white = brightest(set, shots);
+    int most = 0;
+    bool any = false;
+    for (int k = 0; k < shots; k++) {
+        int telling = count_telling(set, k, white);
+        most = telling > most ? telling : most;
+    }
+    for (int k = 0; k < shots; k++) {
+        int frames = set->channel[0][k].frames, telling = count_telling(set, k, white);
+        poor[k] = frames > 1 && telling < (most < frames ? most : frames - 1);
+        any = any || poor[k];
+    }
+    return any;
+}
+
+/* Those of poor[], or all where it is NULL. */
+static void read_shots(struct sample_set *set, const struct capture *capture, const int *shot,
+                       int shots, const bool *poor, const double *seconds, const struct plan *plan,
+                       int teams)
+{
+#pragma omp parallel for schedule(dynamic) num_threads(teams)
+    for (int k = 0; k < shots; k++) {
+        struct bracket_sample *const s[3] = {&set->channel[0][k], &set->channel[1][k],
+                                             &set->channel[2][k]};
+        if (poor && !poor[k])
+            continue;
+        for (int c = 0; c < 3; c++)
+            free_sample(s[c]);
+        read_shot(s, capture, &capture->shot[shot[k]], seconds, plan, k);
+    }
+}
+
 enum status sample_read(struct sample_set *set, const struct capture *capture, int camera,
                         const double *seconds, const struct run *run, struct error *err)
 {
     struct sample_set made = {0};
     int *shot = calloc((size_t)capture->shots, sizeof *shot), shots = 0;
-    bool ok = shot != NULL;
+    bool *poor = calloc((size_t)capture->shots, sizeof *poor), ok = shot && poor;
     for (int c = 0; c < 3; c++)
         ok = (made.channel[c] = calloc((size_t)capture->shots, sizeof *made.channel[c])) && ok;
     for (int s = 0; ok && s < capture->shots; s++)
@@ -153,12 +220,10 @@ enum status sample_read(struct sample_set *set, const struct capture *capture, i
         // Frames of a mosaic are decoded at once, and large then: those of one shot at a time.
         int teams = *made.cfa ? 1 : shots < run->threads ? shots : run->threads;
         plan.threads = run->threads / teams;
-#pragma omp parallel for schedule(dynamic) num_threads(teams)
-        for (int k = 0; k < shots; k++) {
-            struct bracket_sample *const s[3] = {&made.channel[0][k], &made.channel[1][k],
-                                                 &made.channel[2][k]};
-            read_shot(s, capture, &capture->shot[shot[k]], seconds, &plan, k);
-        }
+        read_shots(&made, capture, shot, shots, NULL, seconds, &plan, teams);
+        plan.bands *= MORE;
+        if (plan.bands * plan.rows < kind->height && find_poor(poor, &made, shots))
+            read_shots(&made, capture, shot, shots, poor, seconds, &plan, teams);
     }
     for (int k = 0; ok && k < shots; k++) {  // those that could be read move to the front
         if (made.channel[0][k].frames == 0)
@@ -170,6 +235,7 @@ enum status sample_read(struct sample_set *set, const struct capture *capture, i
         made.samples++;
     }
     free(shot);
+    free(poor);
     enum status status = STATUS_OK;
     if (!ok)
         status = cap_fail(err, STATUS_MEMORY, "%s", capture->folder);

@@ -10,8 +10,8 @@
  *           The lamp's disc, evenly bright and a / r wide, spreads wi by its second moment,
  *           (a / 2r)^2 each way; where part of it has set, the photosite is at the terminator.
  * Limits.   A photosite is left out within one photosite of the outline and of the terminator, or
- *           as far as the lens spreads light: beyond the edge lies something else. On a mesh the
- *           outline's one photosite stays one.
+ *           as far as the lens spreads light, or JPEG colour (viewing.c): beyond the edge lies
+ *           something else. On a mesh the outline's one photosite stays one.
  */
 #include "rays.h"
 
@@ -77,16 +77,34 @@ WIDE static void add_beyond(struct looks *restrict look, const struct ray_ends *
     }
 }
 
-// Eight rays around, as far as an edge reaches: all of them must meet lit sample.
-static void look_around(struct looks *look, const struct pencil *p, lane_span span)
+// Eight rays around, as far as what a photosite holds comes from: all of them must meet lit sample.
+static void look_around(struct looks *look, const struct pencil *p, struct reach reach,
+                        lane_span span)
 {
     static const double s = 0.70710678118654752;
     static const double offset[8][2] = {{1, 0},  {s, s},   {0, 1},  {-s, s},
                                         {-1, 0}, {-s, -s}, {0, -1}, {s, -s}};
     struct ray_ends e;
     for (int k = 0; k < 8; k++) {
-        rec_trace(&e, p, p->v->margin * offset[k][0], p->v->margin * offset[k][1], span);
+        double x = offset[k][0], y = offset[k][1];
+        rec_trace(&e, p, x * (x < 0 ? reach.before[0] : reach.after[0]),
+                  y * (y < 0 ? reach.before[1] : reach.after[1]), span);
         add_beyond(look, &e, span);
+    }
+}
+
+// Photosites that share their colour reach as far as their place among those tells.
+static void look_at_edges(struct looks *look, const struct pencil *p, const struct strip *s,
+                          lane_span span)
+{
+    const int step = p->v->chroma[0] > 1 ? p->v->chroma[0] : 1;
+    for (int k = 0; k < step; k++) {
+        struct looks one = *look;
+        look_around(&one, p, rec_reach(p->v, s->x0 + k, s->y), span);
+        for (int i = k; i < LANES; i += step) {
+            look->rim[i] = one.rim[i];
+            look->dusk[i] = one.dusk[i];
+        }
     }
 }
 
@@ -302,12 +320,12 @@ void rec_strip_footprints(struct strip *s, const struct viewing *v)
     p.v = v;
     if (!begin(s, &p, &center))
         return;
-    take_centers(s, &look, &center, &p.lens, v->eye, v->square, v->margin);
+    take_centers(s, &look, &center, &p.lens, v->eye, v->square, rec_farthest(v));
     lane_span closer = edges(s, v, &look);
     if (v->raster)
         look_around_mesh(&look, &p, closer);
     else if (closer.end > 0)
-        look_around(&look, &p, closer);
+        look_at_edges(&look, &p, s, closer);
     take_fates(s, &look, &center);
     take_disc(s, v, center.cos_i);
     lane_span wide = wide_lanes(s, &look);

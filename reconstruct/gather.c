@@ -8,6 +8,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 // What the threads share: they read it all, and write the tallies, `status` and `err` one at a
 // time.
@@ -167,6 +168,7 @@ static enum status add_shot(struct harvest *h, struct gathering *g, int view, st
     enum status status = read_map(&map, g, &v, box, err);
     if (status)
         return status;
+    memcpy(v.chroma, map.chroma, sizeof v.chroma);
     status = rec_bounce_make(&bounce, c, view, &v, box, err);
     if (!status && c->sample.shape == SHAPE_MESH)
         status = rec_raster_make(&raster, &v, box, err);

@@ -61,6 +61,7 @@ struct viewing {
     struct beam beam;  // of the lamp, its axis in the world
     double square;     // side of the square that photosite and lens average over, photosites
     double margin;     // what is this near an edge is mixed with what is beyond, photosites
+    int chroma[2];     // so many photosites across and down share their colour; 0 or 1: none
     double photosite;  // 1.5 photosites, in radians: how near a blocker's edge may be
     double light[3];   // intensity (or irradiance) times power
     double shake;      // 1 sigma of the ray at the sample from the pose, mm
@@ -79,6 +80,17 @@ struct board_extent {
 /** Prepare one view of a calibration. */
 struct viewing rec_viewing(const struct calibration *calibration, int view,
                            const struct lens_table *lens, const struct board_extent *board);
+
+/** What a photosite holds comes from so far before and after its centre, in x and y, photosites. */
+struct reach {
+    double before[2], after[2];
+};
+
+/** Of photosite (x, y): its margin, or as far as the photosites go whose colour it has a part of.
+ */
+struct reach rec_reach(const struct viewing *viewing, int x, int y);
+/** The longest way of any of them. */
+double rec_farthest(const struct viewing *viewing);
 
 /** The pixels [x0, x1) x [y0, y1) that can show the sample. */
 typedef struct {

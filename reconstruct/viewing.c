@@ -81,6 +81,39 @@ struct viewing rec_viewing(const struct calibration *calibration, int view,
     return v;
 }
 
+// A component of JPEG's with one value for n photosites in a row was averaged over them. Where n is
+// 2, libjpeg takes three quarters of a photosite's own pair and a quarter of the pair next to it.
+static void share(int *before, int *after, int n, int at)
+{
+    int place = n > 1 ? at % n : 0;
+    *before = place + (n == 2 && place == 0 ? 2 : 0);
+    *after = (n > 1 ? n - 1 - place : 0) + (n == 2 && place == 1 ? 2 : 0);
+}
+
+struct reach rec_reach(const struct viewing *v, int x, int y)
+{
+    const double edge = 0.5 + 2 * v->view->blur_px;
+    const int at[2] = {x, y};
+    struct reach r;
+    for (int k = 0; k < 2; k++) {
+        int before, after;
+        share(&before, &after, v->chroma[k], at[k]);
+        r.before[k] = fmax(v->margin, before + edge);
+        r.after[k] = fmax(v->margin, after + edge);
+    }
+    return r;
+}
+
+double rec_farthest(const struct viewing *v)
+{
+    double far = v->margin;
+    for (int k = 0; k < v->chroma[0] || k < v->chroma[1]; k++) {
+        struct reach r = rec_reach(v, k, k);
+        far = fmax(far, fmax(fmax(r.before[0], r.after[0]), fmax(r.before[1], r.after[1])));
+    }
+    return far;
+}
+
 // Grow a box by a pixel; false where the point is behind the camera.
 static bool reach(pixel_box *box, const struct viewing *v, vec3 world)
 {

@@ -64,13 +64,11 @@ static inline void radiance_at(const struct scene *s, double u, double v, double
 
 static inline void shoot(struct scene *s)
 {
-    s->map = (struct radiance){WIDTH,
-                               HEIGHT,
-                               calloc(3 * WIDTH * HEIGHT, sizeof(float)),
-                               calloc(3 * WIDTH * HEIGHT, sizeof(float)),
-                               3,
-                               "",
-                               NULL};
+    s->map = (struct radiance){.width = WIDTH,
+                               .height = HEIGHT,
+                               .value = calloc(3 * WIDTH * HEIGHT, sizeof(float)),
+                               .variance = calloc(3 * WIDTH * HEIGHT, sizeof(float)),
+                               .channels = 3};
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++) {
             double sum[3] = {0}, pixel[2] = {x, y};

@@ -127,6 +127,28 @@ static void test_loaded_one_after_the_other(void **state)
     free(path);
 }
 
+/* How many photosites share their colour, the file tells; of one that does not, each has its own.
+ */
+static void test_chroma(void **state)
+{
+    (void)state;
+    struct radiance map = make_map(), back = {0};
+    char *path = cap_path(folder, "map.exr");
+    for (int n = 0; n <= 2; n += 2) {
+        map.chroma[0] = map.chroma[1] = n;
+        assert_int_equal(cap_radiance_write(&map, path, NULL), STATUS_OK);
+        assert_int_equal(cap_radiance_read(&back, path, NULL), STATUS_OK);
+        assert_int_equal(back.chroma[0], n);
+        cap_radiance_free(&back);
+        assert_int_equal(cap_radiance_open(&back, path, NULL), STATUS_OK);
+        assert_int_equal(back.chroma[1], n);
+        cap_radiance_free(&back);
+    }
+    remove(path);
+    free(path);
+    cap_radiance_free(&map);
+}
+
 /* A mosaic keeps one value a photosite; spread out, the others are no measurements. */
 static void test_mosaic(void **state)
 {
@@ -291,6 +313,7 @@ int main(void)
         cmocka_unit_test(test_round_trip_is_exact),
         cmocka_unit_test(test_rows_find_their_places),
         cmocka_unit_test(test_loaded_one_after_the_other),
+        cmocka_unit_test(test_chroma),
         cmocka_unit_test(test_mosaic),
         cmocka_unit_test(test_maps_that_stay_in_their_files),
         cmocka_unit_test(test_inputs_tell_whether_a_map_is_up_to_date),

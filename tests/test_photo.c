@@ -152,6 +152,8 @@ static void test_jpeg(void **state)
     assert_int_equal(photo_open(&file, path, &err), STATUS_OK);
     assert_int_equal(file->info.width, WIDTH);
     assert_true(file->info.encoded);
+    assert_int_equal(file->info.chroma[0], 2);  // libjpeg's default: 4:2:0
+    assert_int_equal(file->info.chroma[1], 2);
     assert_near(file->info.exposure_time, 0, 0);  // it has no EXIF
     assert_int_equal(photo_skip(file, 5, &err), STATUS_OK);
     assert_int_equal(photo_read(file, back, HEIGHT - 5, &err), STATUS_OK);
@@ -222,7 +224,8 @@ static void test_exr_image(void **state)
 {
     (void)state;
     static float value[COUNT], back[COUNT];
-    struct radiance map = {WIDTH, HEIGHT, value, value, 3, "", NULL};
+    struct radiance map = {
+        .width = WIDTH, .height = HEIGHT, .value = value, .variance = value, .channels = 3};
     struct photo_file *file = NULL;
     struct error err = {0};
     for (int i = 0; i < COUNT; i++)

@@ -116,6 +116,57 @@ static void test_fates(void **state)
     free_scene(s);
 }
 
+// 1 where the sample is lit, averaged over pairs of photosites, and interpolated between the pairs
+// by libjpeg's triangle, along one axis of [rows][columns].
+static void share_pairs(double *part, int rows, int columns, int step, int line)
+{
+    double pair[WIDTH];
+    for (int j = 0; j < rows; j++) {
+        double *at = part + j * line;
+        for (int i = 0; i < columns / 2; i++)
+            pair[i] = (at[2 * i * step] + at[(2 * i + 1) * step]) / 2;
+        for (int i = 1; i < columns - 1; i++)
+            at[i * step] = 0.75 * pair[i / 2] + 0.25 * pair[i % 2 ? i / 2 + 1 : i / 2 - 1];
+    }
+}
+
+// What is looked at around a photosite holds all that its colour is made of, but for three of the
+// four photosites of the pairs that lie askew: those weigh (1/4)^2 together.
+static void test_shared_colour_keeps_off_edges(void **state)
+{
+    (void)state;
+    struct scene *s = make_scene("lambert", grey);
+    struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    static double part[HEIGHT * WIDTH];
+    static bool used[2][HEIGHT * WIDTH];
+    double least[2] = {1, 1};
+    int count[2] = {0};
+    shoot(s);
+    for (int k = 0; k < 2; k++) {
+        v.chroma[0] = v.chroma[1] = 2 * k;
+        for (int i = 0; i < HEIGHT * WIDTH; i++) {
+            reflectance_sample a;
+            bool hit;
+            enum fate fate = sample_at(&a, &v, &s->map, i % WIDTH, i / WIDTH, &hit);
+            used[k][i] = fate == FATE_USED;
+            if (k == 0)
+                part[i] = hit && fate != FATE_DARK;
+        }
+    }
+    share_pairs(part, HEIGHT, WIDTH, 1, WIDTH);
+    share_pairs(part, WIDTH, HEIGHT, WIDTH, 1);
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < HEIGHT * WIDTH; i++)
+            if (used[k][i]) {
+                least[k] = fmin(least[k], part[i]);
+                count[k]++;
+            }
+    assert_true(least[0] < 0.8);
+    assert_true(least[1] >= 1 - 3.0 / 64);
+    assert_true(count[1] > 0.8 * count[0]);
+    free_scene(s);
+}
+
 // A ball for a lamp spreads wi by (a / 2r)^2 each way; where it has set in part, f is not measured.
 static void test_a_lamp_of_real_size(void **state)
 {
@@ -369,6 +420,7 @@ int main(void)
         cmocka_unit_test(test_blur_is_averaged),
         cmocka_unit_test(test_gloss_comes_back_to_its_bend),
         cmocka_unit_test(test_fates),
+        cmocka_unit_test(test_shared_colour_keeps_off_edges),
         cmocka_unit_test(test_a_lamp_of_real_size),
         cmocka_unit_test(test_systematic_errors_are_derivatives),
         cmocka_unit_test(test_errors_of_a_lamp_cancel),

@@ -111,6 +111,7 @@ struct photo {
     bool decoded;         // a 16-bit file that says it is: its reader makes it linear
     bool gray;            // the file has one channel, which stands for all three
     char cfa[CFA_SIZE];   // of a mosaic (channels 1); else ""
+    int chroma[2];        // so many across and down share their colour (JPEG 4:2:0: 2, 2); or 0
     double black, white;  // DN that a raw file states; NAN: it does not
     double exposure_time, aperture, iso, focal_length;  // s, f-number, ISO, mm
     char make[64], model[64], lens[64], taken[32];      // taken: "2026:11:22 10:00:00"
@@ -221,6 +222,7 @@ struct radiance {
     float *variance;             // [height][width][channels], of value
     int channels;                // 3; 1 only from cap_radiance_read_stored() of a mosaic
     char cfa[CFA_SIZE];          // of a mosaic; else ""
+    int chroma[2];               // of struct photo
     struct radiance_file *file;  // where it stays there (cap_radiance_open): value is NULL then
 };
 
