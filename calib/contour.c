@@ -274,11 +274,13 @@ enum status cal_contour_edges(struct contour_edge **edge, int *count, const stru
     for (int k = 0; k < points; k++)
         gather(&sector[k], map, &point[k], fine ? LIMB_INSIDE_PX : search + 4,
                fine ? LIMB_OUTSIDE_PX : search + 4);
-    double width = fine ? limb_best_width(sector, points) : 1;
+    struct limb_lens lens;
+    if (fine)
+        limb_lens_find(&lens, sector, points, view->blur_px);
     for (int k = 0; k < points; k++) {
         double off, sigma;
         if (sector[k].count >= LIMB_SITES_ENOUGH
-            && (fine ? limb_edge(&sector[k], width, &off, &sigma)
+            && (fine ? limb_edge(&sector[k], &lens, &off, &sigma)
                      : limb_step(&sector[k], search, &off, &sigma)))
             found[n++] = (struct contour_edge){point[k], view_index, off, sigma};
     }

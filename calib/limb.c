@@ -5,10 +5,12 @@
  *
  *               b0 + b1 sqrt(x) + b2 x   inside (x > 0),      o0 + o1 x   outside,
  *
- *           averaged over the photosite. The square root is the limb: near the outline the normal
- *           turns as sqrt(x), and with it all reflectance. For each e of a fine scan the five
- *           coefficients are solved linearly; the parabola through the least chi^2 gives e and,
- *           by its curvature, sigma. Either side may be the brighter one.
+ *           averaged over the photosite, a box, and the lens's blur, a Gaussian of the width that
+ *           fits a photograph's edges best. (One box for both puts edges off by half a pixel where
+ *           the limb is steep.) The square root is the limb: near the outline the normal turns as
+ *           sqrt(x), and with it all reflectance. For each e of a fine scan the five coefficients
+ *           are solved linearly; the parabola through the least chi^2 gives e and, by its
+ *           curvature, sigma. Either side may be the brighter one.
  * Accuracy. Unbiased for any smooth reflectance; the 50 % level is off by 0.05 mm and the steepest
  *           gradient by 0.017 mm where this model is off by 0.009 mm (../shared/facts.md).
  */
@@ -16,10 +18,12 @@
 #include "dense.h"
 #include "view_map.h"
 
+#include <assert.h>
 #include <float.h>
 #include <string.h>
 
-enum { TERMS = 5 };  // coefficients of the limb model
+enum { TERMS = LIMB_TERMS };
+static const double CELL_PX = 1.0 / 64, LEAST_DEPTH = -8;  // of a lens's table
 static const double SCAN_PX = 2.5, STEP_PX = 0.125;
 static const double TEXTURE = 0.004;  // what a surface's own structure adds to noise, relative
 static const double MODEL = 4;        // by how much more than TEXTURE the model itself may be off:
@@ -54,28 +58,58 @@ void limb_add(struct sector *s, const struct radiance *map, int x, int y, double
     s->site[s->count++] = (struct site){d, value, variance + TEXTURE * TEXTURE * value * value};
 }
 
-/** The terms of the limb model at depth x, averaged over a box (photosite and blur): the mean of
- *  x_+^p over it is ((x + w/2)_+^(p+1) - (x - w/2)_+^(p+1)) / ((p+1) w). */
-static void limb_terms(double x, double width, double t[TERMS])
+/** The terms of the limb model inside at depth x, averaged over a photosite: the mean of x_+^p over
+ *  it is ((x + 1/2)_+^(p+1) - (x - 1/2)_+^(p+1)) / (p+1). */
+static void photosite_terms(double x, double t[3])
 {
-    double a = x / width + 0.5, b = x / width - 0.5;  // in box widths
-    a = a > 0 ? a : 0;
-    b = b > 0 ? b : 0;
-    double inside = a - b;
-    t[0] = inside;
-    t[1] = (a * sqrt(a) - b * sqrt(b)) * (2.0 / 3) * sqrt(width);
-    t[2] = (a * a - b * b) * 0.5 * width;
-    t[3] = 1 - inside;
+    double a = fmax(x + 0.5, 0), b = fmax(x - 0.5, 0);
+    t[0] = a - b;
+    t[1] = (a * sqrt(a) - b * sqrt(b)) * (2.0 / 3);
+    t[2] = (a * a - b * b) * 0.5;
+}
+
+void limb_lens_make(struct limb_lens *lens, double blur)
+{
+    enum { SIDE = 8 };  // of a Gaussian, in steps of half a sigma
+    lens->blur = blur;
+    for (int i = 0; i <= LIMB_CELLS; i++) {
+        double sum[3] = {0}, weights = 0;
+        for (int k = -SIDE; k <= SIDE; k++) {
+            double t[3], w = exp(-0.125 * k * k);
+            photosite_terms(LEAST_DEPTH + i * CELL_PX + 0.5 * k * blur, t);
+            for (int j = 0; j < 3; j++)
+                sum[j] += w * t[j];
+            weights += w;
+        }
+        for (int j = 0; j < 3; j++)
+            lens->term[i][j] = sum[j] / weights;
+    }
+}
+
+/** All terms of the limb model at depth x; within the table linearly between its cells, deeper than
+ *  that no lens shows. */
+static void limb_terms(double x, const struct limb_lens *lens, double t[TERMS])
+{
+    double place = (x - LEAST_DEPTH) / CELL_PX;
+    if (place >= LIMB_CELLS) {
+        photosite_terms(x, t);
+    } else {
+        int cell = place > 0 ? (int)place : 0;
+        double part = place > 0 ? place - cell : 0;
+        for (int j = 0; j < 3; j++)
+            t[j] = lens->term[cell][j] + part * (lens->term[cell + 1][j] - lens->term[cell][j]);
+    }
+    t[3] = 1 - t[0];
     t[4] = x - t[2];
 }
 
 /** chi^2 of the limb model with its edge at e; DBL_MAX where it cannot be fitted. */
-static double limb_chi2(const struct sector *s, double e, double width)
+static double limb_chi2(const struct sector *s, double e, const struct limb_lens *lens)
 {
     double a[TERMS * TERMS] = {0}, y[TERMS] = {0}, yy = 0;
     for (int n = 0; n < s->count; n++) {
         double t[TERMS], w = 1 / s->site[n].variance, value = s->site[n].value;
-        limb_terms(e - s->site[n].d, width, t);
+        limb_terms(e - s->site[n].d, lens, t);
         for (int i = 0; i < TERMS; i++) {
             for (int j = 0; j <= i; j++)
                 a[i * TERMS + j] += w * t[i] * t[j];
@@ -108,25 +142,42 @@ static double about_mean(const struct sector *s)
 
 /** Curvature of chi^2 over a step about `at`, if nothing but structure of the surface blurred it;
  *  0: that is not known. */
-static double texture_curvature(const struct sector *s, double at, double width)
+static double texture_curvature(const struct sector *s, double at, const struct limb_lens *lens)
 {
     struct sector bare = {.count = s->count};
     for (int n = 0; n < s->count; n++) {
         double texture = fmax(TEXTURE * fabs(s->site[n].value), 0.1 * sqrt(s->site[n].variance));
         bare.site[n] = (struct site){s->site[n].d, s->site[n].value, texture * texture};
     }
-    double below = limb_chi2(&bare, at - STEP_PX, width), here = limb_chi2(&bare, at, width),
-           above = limb_chi2(&bare, at + STEP_PX, width);
+    double below = limb_chi2(&bare, at - STEP_PX, lens), here = limb_chi2(&bare, at, lens),
+           above = limb_chi2(&bare, at + STEP_PX, lens);
     return below < DBL_MAX && above < DBL_MAX ? fmax(below - 2 * here + above, 0) : 0;
 }
 
-bool limb_edge(const struct sector *s, double width, double *e, double *sigma)
+// The least chi^2 within a step: where the limb begins without a step of its own, a parabola fits
+// it over a fraction of that only.
+static double least_near(const struct sector *s, double about, const struct limb_lens *lens)
+{
+    enum { SIDE = 4, PLACES = 2 * SIDE + 1 };
+    const double step = STEP_PX / SIDE;
+    double chi2[PLACES];
+    int best = SIDE;
+    for (int k = 0; k < PLACES; k++)
+        chi2[k] = limb_chi2(s, about + (k - SIDE) * step, lens);
+    for (int k = 1; k < PLACES - 1; k++)
+        best = chi2[k] < chi2[best] ? k : best;
+    double bend = chi2[best - 1] - 2 * chi2[best] + chi2[best + 1];
+    double shift = bend > 0 ? 0.5 * (chi2[best - 1] - chi2[best + 1]) / bend : 0;
+    return about + (best - SIDE + fmax(-1, fmin(1, shift))) * step;
+}
+
+bool limb_edge(const struct sector *s, const struct limb_lens *lens, double *e, double *sigma)
 {
     enum { STEPS = 41 };
     double chi2[STEPS];
     int best = 0;
     for (int i = 0; i < STEPS; i++) {
-        chi2[i] = limb_chi2(s, -SCAN_PX + i * STEP_PX, width);
+        chi2[i] = limb_chi2(s, -SCAN_PX + i * STEP_PX, lens);
         if (chi2[i] < chi2[best])
             best = i;
     }
@@ -135,15 +186,14 @@ bool limb_edge(const struct sector *s, double width, double *e, double *sigma)
     double curvature = chi2[best - 1] - 2 * chi2[best] + chi2[best + 1];
     if (curvature <= 0)
         return false;
-    double shift = 0.5 * (chi2[best - 1] - chi2[best + 1]) / curvature;
     double misfit = chi2[best] / (s->count - TERMS - 1);
-    double bare = texture_curvature(s, -SCAN_PX + best * STEP_PX, width);
+    double bare = texture_curvature(s, -SCAN_PX + best * STEP_PX, lens);
     // chi^2 rises by 1 (by the misfit, where the model is not perfect) at one sigma.
     double variance = 2 * (misfit > 1 ? misfit : 1) / curvature;
     if (bare > 0)
         variance += MODEL * MODEL * 2 / bare;
     double unexplained = chi2[best] / about_mean(s);
-    *e = -SCAN_PX + (best + shift) * STEP_PX;
+    *e = least_near(s, -SCAN_PX + best * STEP_PX, lens);
     *sigma = hypot(STEP_PX * sqrt(variance), BESIDE_PX * sqrt(unexplained));
     return *sigma < SIGMA_MAX_PX && unexplained < 1 - EXPLAINED;
 }
@@ -177,24 +227,49 @@ bool limb_step(const struct sector *s, double search, double *e, double *sigma)
     return best > 0.3;
 }
 
-double limb_best_width(const struct sector *sector, int count)
+/** How badly a lens fits a third of the sectors: ln of chi^2 for each, for the model is off by much
+ *  more than noise in one and not in the next; a wild sector is as wild with any lens. */
+static double misfit_of(const struct limb_lens *lens, const struct sector *sector, int count)
 {
-    static const double widths[] = {1, 1.35, 1.8, 2.4, 3.2};
-    double best = widths[0], least = DBL_MAX;
-    for (size_t w = 0; w < sizeof widths / sizeof *widths; w++) {
-        double sum = 0;
-        for (int k = 0; k < count; k += 3) {  // a third of them tell
-            double least_k = DBL_MAX;
-            if (sector[k].count > 4 * TERMS)
-                for (double e = -SCAN_PX; e <= SCAN_PX; e += 0.25)
-                    least_k = fmin(least_k, limb_chi2(&sector[k], e, widths[w]));
-            if (least_k < DBL_MAX)
-                sum += fmin(least_k / sector[k].count, 20);  // a wild sector decides nothing
-        }
-        if (sum < least) {
-            least = sum;
-            best = widths[w];
-        }
+    double sum = 0;
+    for (int k = 0; k < count; k += 3) {
+        double least = DBL_MAX;
+        if (sector[k].count > 4 * TERMS)
+            for (double e = -SCAN_PX; e <= SCAN_PX; e += 0.25)
+                least = fmin(least, limb_chi2(&sector[k], e, lens));
+        if (least < DBL_MAX)
+            sum += log(least + sector[k].count);
     }
-    return best;
+    return sum;
+}
+
+// The blur of the least misfit among some that are `step` apart, and by the parabola through it and
+// its neighbours.
+static double best_blur(struct limb_lens *lens, double first, double step, int blurs,
+                        const struct sector *sector, int count)
+{
+    double misfit[9], shift = 0;
+    int best = 0;
+    assert(blurs <= 9);
+    for (int k = 0; k < blurs; k++) {
+        limb_lens_make(lens, first + k * step);
+        misfit[k] = misfit_of(lens, sector, count);
+        best = misfit[k] < misfit[best] ? k : best;
+    }
+    if (best > 0 && best < blurs - 1) {
+        double before = misfit[best - 1], after = misfit[best + 1];
+        double bend = before - 2 * misfit[best] + after;
+        shift = bend > 0 ? 0.5 * (before - after) / bend : 0;
+    }
+    return first + (best + shift) * step;
+}
+
+// The limb is not quite what its model says, which the blur makes up for: it is only told to 0.1,
+// and tags tell it better, at their own distance.
+void limb_lens_find(struct limb_lens *lens, const struct sector *sector, int count, double by_tags)
+{
+    const double step = 0.15, fine = 0.05, agree = 0.1;
+    double about = best_blur(lens, 0, step, 9, sector, count);
+    double blur = best_blur(lens, fmax(about - 2 * fine, 0), fine, 5, sector, count);
+    limb_lens_make(lens, fabs(blur - by_tags) < agree ? by_tags : blur);
 }

@@ -15,6 +15,13 @@ static const double LIMB_INSIDE_PX = 7, LIMB_OUTSIDE_PX = 4.5;
 // Edges that are no outline's lie anywhere within the search: 0.58 of it rms about any fit.
 static const double STRAYING = 0.4;
 
+enum { LIMB_TERMS = 5, LIMB_CELLS = 64 * 20 };
+/** The limb model's terms (limb.c) over the depth, as a lens shows them that blurs by `blur`, 1
+ * sigma in pixels. */
+struct limb_lens {
+    double blur, term[LIMB_CELLS + 1][3];
+};
+
 /** A photosite near the outline. */
 struct site {
     double d;  // pixels outwards from the predicted outline
@@ -30,11 +37,13 @@ struct sector {
 void limb_add(struct sector *sector, const struct radiance *map, int x, int y, double d);
 /** Every how many photosites, both ways, are enough for sectors that are this long across. */
 int limb_stride(double across_px);
-/** The width of the box that photosite and lens blur to, which fits these sectors best. */
-double limb_best_width(const struct sector *sector, int count);
+void limb_lens_make(struct limb_lens *lens, double blur);
+/** The lens that fits these sectors best. by_tags: the blur that the view's tags show. */
+void limb_lens_find(struct limb_lens *lens, const struct sector *sector, int count, double by_tags);
 /** The edge of one sector by the limb model, pixels outwards, and its standard deviation. false:
  *  none is there, or it is not sure. */
-bool limb_edge(const struct sector *sector, double width, double *edge, double *sigma);
+bool limb_edge(const struct sector *sector, const struct limb_lens *lens, double *edge,
+               double *sigma);
 /** The steepest step of one sector within `search` pixels, over three pixels on each side. */
 bool limb_step(const struct sector *sector, double search, double *edge, double *sigma);
 #endif

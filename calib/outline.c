@@ -167,11 +167,13 @@ enum status cal_outline_edges(struct edge **edges, int *count, const struct radi
         return cap_fail(err, STATUS_MEMORY, "%s: %d outline edges", view->name, sectors);
     }
     gather(sector, sectors, map, camera, &rotation, &cone, b, inside, outside);
-    double width = fine ? limb_best_width(sector, sectors) : 1;
+    struct limb_lens lens;
+    if (fine)
+        limb_lens_find(&lens, sector, sectors, view->blur_px);
     for (int k = 0; k < sectors; k++) {
         double e = 0, sigma = 0, phi = (k + 0.5) * 2 * CAP_PI / sectors;
         if (sector[k].count < LIMB_SITES_ENOUGH
-            || !(fine ? limb_edge(&sector[k], width, &e, &sigma)
+            || !(fine ? limb_edge(&sector[k], &lens, &e, &sigma)
                       : limb_step(&sector[k], search, &e, &sigma)))
             continue;
         struct edge edge = {.view = view_index, .sigma_px = sigma};

@@ -222,7 +222,8 @@ enum status sample_read(struct sample_set *set, const struct capture *capture, i
         plan.threads = run->threads / teams;
         read_shots(&made, capture, shot, shots, NULL, seconds, &plan, teams);
         plan.bands *= MORE;
-        if (plan.bands * plan.rows < kind->height && find_poor(poor, &made, shots))
+        bool linear = !capture->photo[capture->shot[shot[0]].photo[0]].encoded;
+        if (linear && plan.bands * plan.rows < kind->height && find_poor(poor, &made, shots))
             read_shots(&made, capture, shot, shots, poor, seconds, &plan, teams);
     }
     for (int k = 0; ok && k < shots; k++) {  // those that could be read move to the front

@@ -1,3 +1,4 @@
+brdf_test(calib limb)
 brdf_test(calib camera)
 brdf_test(calib dense)
 brdf_test(calib sphere)
