@@ -106,7 +106,7 @@ static enum status settle(struct bundle *b, struct workspace *w, bool reject, do
         if (reject)
             status = bundle_weigh_views(b, err);
         if (!status)
-            status = solve(b, w, *scale, err);
+            status = solve(b, w, bundle_shared_scale(b, *scale), err);
         double new_scale = status ? *scale : bundle_noise_scale(b);
         if (!status && isnan(new_scale))
             status = cap_fail(err, STATUS_MEMORY, "bundle of %d tags", b->sightings);
@@ -121,11 +121,15 @@ static enum status settle(struct bundle *b, struct workspace *w, bool reject, do
     return status;
 }
 
-// Covariances of all unknowns, from the Jacobian without the loss, and the tamed noise.
-static enum status find_covariance(struct bundle *b, struct workspace *w, double scale,
+// Covariances of all unknowns, from the Jacobian without the loss, and the tamed noise; `shared`:
+// with what all corners share.
+static enum status find_covariance(struct bundle *b, struct workspace *w, double scale, bool shared,
                                    struct error *err)
 {
-    enum status status = workspace_terms(w, b, bundle_tamed_scale(b, scale), 0, err);
+    double tamed = bundle_tamed_scale(b, scale);
+    if (shared)
+        tamed = bundle_shared_scale(b, tamed);
+    enum status status = workspace_terms(w, b, tamed, 0, err);
     return status ? status : arrow_covariance(&w->problem, err);
 }
 
@@ -135,7 +139,7 @@ static enum status choose_terms(struct bundle *b, struct workspace *w, double *s
 {
     for (;;) {
         bool dropped = false;
-        enum status status = find_covariance(b, w, *scale, err);
+        enum status status = find_covariance(b, w, *scale, false, err);
         if (status)
             return status;
         for (int i = 0; i < b->calibration->cameras; i++)
@@ -164,6 +168,8 @@ enum status bundle_adjust(struct bundle *b, enum bundle_stage stage, struct erro
     status = settle(b, &w, stage == BUNDLE_CHOOSE, &scale, err);
     if (!status && stage == BUNDLE_CHOOSE)
         status = choose_terms(b, &w, &scale, err);
+    if (!status && stage == BUNDLE_CHOOSE && b->shared_px > 0)
+        status = find_covariance(b, &w, scale, true, err);
     if (!status && stage == BUNDLE_CHOOSE)
         fill_sigmas(b, &w);
     workspace_free(&w);

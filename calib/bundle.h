@@ -23,6 +23,7 @@ struct sighting {
 struct lens_prior {
     double value[LENS_PARAMETERS];
     double sigma[LENS_PARAMETERS];  // INFINITY: not known; 0: held
+    double sigma_square;            // of ln(fy / fx), which is 0 on average; 0: not known
 };
 
 /** Everything is borrowed from the caller. */
@@ -37,6 +38,9 @@ struct bundle {
     double place_sigma;             // of the centres of given places, mm
     double (*sigma_place)[6];       // [capture->tags] turn (rad), centre (mm), written; may be NULL
     const struct lens_prior *prior;  // [calibration->cameras], NULL: nothing is known
+    // Deviation of the errors that all corners share, px. Averages do not get better than it where
+    // the photographs leave a camera open. 0: corners are independent.
+    double shared_px;
 };
 
 /** What stays as it is: a beginning holds more than an end. */

@@ -168,6 +168,21 @@ double bundle_tamed_scale(const struct bundle *b, double scale)
     return weights > 0 ? 1.048 * scale * sum / weights / TAG_NUMBERS / freedom : scale;
 }
 
+double bundle_shared_scale(const struct bundle *b, double scale)
+{
+    double squares = 0, r[4][2];
+    int numbers = 0;
+    for (int i = 0; b->shared_px > 0 && i < b->sightings; i++) {
+        if (b->sighting[i].rejected || !bundle_residual(b, b->sighting + i, r))
+            continue;
+        for (int k = 0; k < TAG_NUMBERS; k++)
+            squares += r[k / 2][k % 2] * r[k / 2][k % 2];
+        numbers += TAG_NUMBERS;
+    }
+    double mean = squares > 0 ? squares / numbers / numbers : INFINITY;  // variance of their mean
+    return scale * (1 + b->shared_px * b->shared_px / mean);
+}
+
 // Five deviations in each of the eight numbers: the loss deals with what is less. A tag that is
 // partly covered can have a wide covariance of its own and pass; it is far off all the same.
 static const double outlier_chi2 = 25 * TAG_NUMBERS, outlier_rms = 10;

@@ -18,6 +18,8 @@ double bundle_noise_scale(const struct bundle *b);
  *  what a covariance needs, since long tails that the loss tames count by what it leaves of them.
  */
 double bundle_tamed_scale(const struct bundle *b, double scale);
+/** The same, made so wide that a mean over all corners has the deviation b->shared_px at least. */
+double bundle_shared_scale(const struct bundle *b, double scale);
 /** Set log_noise: how much of the noise a view has that its tags' covariances do not tell, against
  *  the common `scale`; views with few tags are taken for common ones. STATUS_MEMORY. */
 enum status bundle_weigh_views(struct bundle *b, struct error *err);

@@ -146,6 +146,17 @@ static bool evaluate_lens(const void *context, double const *const *parameters, 
                           residuals, jacobians);
 }
 
+static bool evaluate_square(const void *context, double const *const *parameters, double *residuals,
+                            double **jacobians)
+{
+    const struct lens_term *t = context;
+    const double *lens = parameters[0], sigma = t->prior->sigma_square;
+    residuals[0] = log(lens[1] / lens[0]) / sigma;
+    for (int k = 0; jacobians && jacobians[0] && k < LENS_PARAMETERS; k++)
+        jacobians[0][k] = k == 0 ? -1 / (lens[0] * sigma) : k == 1 ? 1 / (lens[1] * sigma) : 0;
+    return isfinite(residuals[0]);
+}
+
 // ---- the workspace
 
 void workspace_free(struct workspace *w)
@@ -175,7 +186,7 @@ enum status workspace_make(struct workspace *w, const struct bundle *b, struct e
         .term = calloc(n, sizeof *w->term),
         .known = calloc(tags, sizeof *w->known),
         .lens = calloc(cameras, sizeof *w->lens),
-        .ceres = calloc(n + tags + cameras, sizeof *w->ceres),
+        .ceres = calloc(n + tags + 2 * cameras, sizeof *w->ceres),
         .parameter = calloc(cameras + views + tags, sizeof *w->parameter),
         .camera = calloc(cameras, sizeof *w->camera),
         .pose = calloc(views, sizeof *w->pose),
@@ -304,6 +315,8 @@ static void add_knowledge(struct workspace *w, const struct bundle *b, double ca
     for (int i = 0; b->prior && i < c->cameras; i++) {
         w->lens[i].prior = b->prior + i;
         add_term(w, evaluate_lens, w->lens + i, LENS_PARAMETERS, 0)->parameter[0] = i;
+        if (b->prior[i].sigma_square > 0)
+            add_term(w, evaluate_square, w->lens + i, 1, 0)->parameter[0] = i;
     }
     for (int i = 0; i < b->capture->tags; i++) {
         if (w->place_held[i][0] || b->given[i].unplaced)

@@ -18,6 +18,7 @@ struct geometry {
     struct tag_place *given;  // [board.tags] before any adjustment
     double (*sigma_place)[6];
     struct lens_prior *prior;  // [made.cameras]
+    double shared_px;          // see bundle.h
     struct sightings list;
     double place_sigma;
     const char *out;
@@ -51,7 +52,8 @@ static struct bundle bundle_of(struct geometry *g)
                            .given = g->given,
                            .place_sigma = g->place_sigma,
                            .sigma_place = g->sigma_place,
-                           .prior = g->prior};
+                           .prior = g->prior,
+                           .shared_px = g->shared_px};
 }
 
 static enum status adjust(struct geometry *g, enum bundle_stage stage, struct error *err)
@@ -228,7 +230,29 @@ static enum status split_cameras(struct geometry *g, struct error *err)
     return status ? status : adjust(g, BUNDLE_CHOOSE, err);
 }
 
-static const double center_part = 0.001;  // of the image: photographs fix a centre much better
+// A constant slant leaves the centre open, and with it the focal length: what errors that all tags
+// share would decide there, what cameras are like decides better.
+static bool center_open(const struct camera *camera)
+{
+    static const double part = 0.001;  // of the image: photographs fix a centre much better
+    return fmax(camera->sigma_center[0], camera->sigma_center[1])
+           > part * fmax(camera->width, camera->height);
+}
+
+static enum status assume_usual(struct geometry *g, struct error *err)
+{
+    static const double shared_px = 0.01;  // print, paper and edges: no corner is known better
+    bool any = false;
+    for (int i = 0; i < g->made.cameras; i++) {
+        struct camera *camera = g->made.camera + i;
+        if (!center_open(camera))
+            continue;
+        intrinsics_assume_usual(g->prior + i, camera);
+        any = true;
+    }
+    g->shared_px = any ? shared_px : 0;
+    return any ? adjust(g, BUNDLE_CHOOSE, err) : STATUS_OK;
+}
 
 static enum status final_calibration(struct geometry *g, struct error *err)
 {
@@ -239,23 +263,25 @@ static enum status final_calibration(struct geometry *g, struct error *err)
         status = adjust_places(g, err);
     if (!status && drop_misplaced(g))
         status = adjust(g, BUNDLE_CHOOSE, err);
+    if (!status)
+        status = assume_usual(g, err);
     for (int i = 0; !status && i < g->made.cameras; i++) {
         const struct camera *camera = g->made.camera + i;
         double relative = camera->sigma_focal[0] / camera->focal[0];
-        if (relative > 0.005)
+        if (center_open(camera) && relative < 0.02)
+            cap_warn(
+                g->run,
+                "camera %s: the middle of its image is uncertain by %.1f px, and its focal "
+                "length by %.1f %%, since all photographs see the board at the same slant: add "
+                "some from other heights or with the camera turned by 90 degrees, or give its "
+                "`intrinsics`",
+                camera->name, fmax(camera->sigma_center[0], camera->sigma_center[1]),
+                100 * relative);
+        else if (relative > 0.005)
             cap_warn(g->run,
                      "camera %s: the focal length is uncertain by %.1f %%: take photographs that "
                      "see the board at a slant, from several sides",
                      camera->name, 100 * relative);
-        // What a constant slant leaves open, errors that all tags share decide: sigmas are small
-        // against those.
-        else if (fmax(camera->sigma_center[0], camera->sigma_center[1])
-                 > center_part * fmax(camera->width, camera->height))
-            cap_warn(g->run,
-                     "camera %s: the middle of its image is uncertain by %.1f px and more, since "
-                     "all photographs see the board at the same slant: add some from other heights "
-                     "or with the camera turned by 90 degrees, or give its `intrinsics`",
-                     camera->name, fmax(camera->sigma_center[0], camera->sigma_center[1]));
     }
     return status;
 }

@@ -14,7 +14,24 @@ struct lens_prior intrinsics_unknown(void)
         prior.value[k] = 0;
         prior.sigma[k] = INFINITY;
     }
+    prior.sigma_square = 0;
     return prior;
+}
+
+void intrinsics_assume_usual(struct lens_prior *prior, const struct camera *camera)
+{
+    // Deviations: of the centre in parts of the image's longer side, of p1 and p2, of square
+    // pixels.
+    static const double center_off = 0.01, decentering = 5e-4, not_square = 3e-4;
+    const int size[2] = {camera->width, camera->height};
+    for (int k = 2; k < 8; k++) {
+        if (isfinite(prior->sigma[k]) || k == 4 || k == 5)
+            continue;  // told; or radial, which lenses have much of
+        prior->value[k] = k < 4 ? (size[k - 2] - 1) / 2.0 : 0;
+        prior->sigma[k] = k < 4 ? center_off * fmax(size[0], size[1]) : decentering;
+    }
+    if (!isfinite(prior->sigma[0]))
+        prior->sigma_square = not_square;
 }
 
 const struct camera *intrinsics_match(const struct calibration *c, const struct camera *like)

@@ -6,6 +6,10 @@
 
 /** Nothing is known. */
 struct lens_prior intrinsics_unknown(void);
+/** Where photographs leave a camera open: what nobody told in *prior becomes what cameras are like
+ *  (a centre in the middle of the image to 1 % of its longer side, square pixels to 0.03 %, p1 and
+ *  p2 of 0.0005). Borrows both. */
+void intrinsics_assume_usual(struct lens_prior *prior, const struct camera *camera);
 /** What capture.yaml's `camera` tells of the camera of one kind: *camera receives the values of its
  *  file, or of the capture that it names (calibrated into OUT/lens), and *prior says how far they
  *  are held; without a file nothing is known. STATUS_IO,

@@ -2,7 +2,8 @@
  *
  * Method.   For a lamp at P, radiance over cos/r^2 is one number for each view and material. The
  *           scatter of its logarithm about the medians of views and materials, cut off at CUT
- *           (facets in shadow), is compared over a grid of directions and distances.
+ *           (facets in shadow), is compared over a grid of directions and distances. From the best
+ *           place at each height it goes on downhill.
  */
 #include "lamp.h"
 
@@ -10,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { AZIMUTHS = 24, HEIGHTS = 8, DISTANCES = 6, ROUNDS = 2, FACETS_MAX = 1200 };
+enum { AZIMUTHS = 24, HEIGHTS = 8, DISTANCES = 6, ROUNDS = 2, FACETS_MAX = 1200, HALVINGS = 5 };
 static const double CUT = 0.15;
 static const double FARTHEST = 4, NEAREST = 0.35;  // in distances from the board to the cameras
 
@@ -115,6 +116,105 @@ static vec3 middle_of(const struct lit *lit, int count, const struct calibration
     return middle;
 }
 
+/** A place by its direction from the middle and its distance. */
+struct polar {
+    double azimuth, height, log_distance;  // rad; sine of the elevation; of distances of cameras
+};
+
+struct search {
+    const struct lit *lit;
+    int count, views, materials;
+    double *work;
+    vec3 middle;
+    double distance;  // of the cameras
+    bool down;        // the board faces +z of the world; seen from a camera it faces -z
+};
+
+static vec3 place_of(const struct search *s, const struct polar *at)
+{
+    double flat = sqrt(1 - at->height * at->height), r = s->distance * exp(at->log_distance);
+    vec3 way = {flat * cos(at->azimuth), flat * sin(at->azimuth),
+                s->down ? -at->height : at->height};
+    return vec3_add(s->middle, vec3_scale(way, r));
+}
+
+static double scatter_at(const struct search *s, const struct polar *at)
+{
+    return scatter(s->lit, s->count, s->views, s->materials, place_of(s, at), s->work);
+}
+
+/** The best of the grid at one height; its scatter. */
+static double best_at_height(const struct search *s, struct polar *best, int h)
+{
+    double least = DBL_MAX;
+    for (int d = 0; d < DISTANCES; d++)
+        for (int a = 0; a < AZIMUTHS; a++) {
+            struct polar at = {2 * CAP_PI * a / AZIMUTHS, (h + 0.5) / HEIGHTS,
+                               log(NEAREST) + d * log(FARTHEST / NEAREST) / (DISTANCES - 1)};
+            double now = scatter_at(s, &at);
+            if (now < least) {
+                least = now;
+                *best = at;
+            }
+        }
+    return least;
+}
+
+static bool within(const struct polar *at)
+{
+    return at->height > 0.01 && at->height < 1 && at->log_distance > log(NEAREST)
+           && at->log_distance < log(FARTHEST);
+}
+
+/** One step to either side along each coordinate, taken where it is better; the scatter there. */
+static double explore(const struct search *s, struct polar *at, double least,
+                      const struct polar *step)
+{
+    for (int k = 0; k < 6; k++) {
+        struct polar next = *at;
+        double sign = k % 2 ? -1 : 1;
+        next.azimuth += k / 2 == 0 ? sign * step->azimuth : 0;
+        next.height += k / 2 == 1 ? sign * step->height : 0;
+        next.log_distance += k / 2 == 2 ? sign * step->log_distance : 0;
+        double now = within(&next) ? scatter_at(s, &next) : DBL_MAX;
+        if (now < least) {
+            least = now;
+            *at = next;
+        }
+    }
+    return least;
+}
+
+/** Downhill from there, steps first half the grid's, and once more the way that a round of steps
+ *  went (Hooke and Jeeves, "Direct Search", 1961): valleys lie aslant between direction and
+ *  distance. */
+static double refine(const struct search *s, struct polar *at, double least)
+{
+    struct polar step = {CAP_PI / AZIMUTHS, 0.5 / HEIGHTS,
+                         0.5 * log(FARTHEST / NEAREST) / (DISTANCES - 1)};
+    for (int halved = 0; halved < HALVINGS;) {
+        struct polar before = *at;
+        double now = explore(s, at, least, &step);
+        bool better = now < least;
+        least = now;
+        while (better) {
+            struct polar on = {2 * at->azimuth - before.azimuth, 2 * at->height - before.height,
+                               2 * at->log_distance - before.log_distance};
+            now = within(&on) ? explore(s, &on, scatter_at(s, &on), &step) : DBL_MAX;
+            if (!(now < least))
+                break;
+            before = *at;
+            *at = on;
+            least = now;
+        }
+        if (!better) {
+            step = (struct polar){step.azimuth / 2, step.height / 2, step.log_distance / 2};
+            halved++;
+        }
+    }
+    return least;
+}
+
 enum status cal_lamp_start(struct calibration *c, int l, const struct facets *board,
                            struct error *err)
 {
@@ -134,24 +234,19 @@ enum status cal_lamp_start(struct calibration *c, int l, const struct facets *bo
                           c->lamp[l].name);
         goto done;
     }
-    double distance, best = DBL_MAX;
-    vec3 middle = middle_of(lit, count, c, l, &distance);
-    for (int d = 0; d < DISTANCES; d++)
-        for (int h = 0; h < HEIGHTS; h++)
-            for (int a = 0; a < AZIMUTHS; a++) {
-                double r = distance * NEAREST * pow(FARTHEST / NEAREST, d / (DISTANCES - 1.0));
-                double height = (h + 0.5) / HEIGHTS, azimuth = 2 * CAP_PI * a / AZIMUTHS;
-                double flat = sqrt(1 - height * height);
-                // The board faces +z of the world; seen from a camera it faces -z.
-                vec3 way = {flat * cos(azimuth), flat * sin(azimuth),
-                            c->lamp[l].on_camera ? -height : height};
-                vec3 p = vec3_add(middle, vec3_scale(way, r));
-                double s = scatter(lit, count, c->views, materials, p, work);
-                if (s < best) {
-                    best = s;
-                    c->lamp[l].position = p;
-                }
-            }
+    struct search search = {.lit = lit, .count = count, .views = c->views, .work = work};
+    search.materials = materials;
+    search.middle = middle_of(lit, count, c, l, &search.distance);
+    search.down = c->lamp[l].on_camera;
+    double best = DBL_MAX;
+    for (int h = 0; h < HEIGHTS; h++) {
+        struct polar at = {0};
+        double s = refine(&search, &at, best_at_height(&search, &at, h));
+        if (s < best) {
+            best = s;
+            c->lamp[l].position = place_of(&search, &at);
+        }
+    }
 done:
     free(lit);
     free(work);

@@ -191,8 +191,12 @@ def turntable(b, project):
     print("a turntable before a tripod, from one height")
     ring = {"count": 6, "turns": 1, "azimuth_deg": 285, "elevation_deg": [42, 42], "distance": 640, "target": [0, 0, 25]}
     b.render(project, "turned", 50, [{"spiral": ring}])
-    _, said = b.calibrate("one-height", lambda c: None, of="turned")
+    found, said = b.calibrate("one-height", lambda c: None, of="turned")
     check("what it leaves open is told", "at the same slant" not in said, 0)
+    camera = found["cameras"][0]
+    off = abs(camera["focal"][0] - 1280)  # its sigma, 0.4 %, is what is known of cameras in general
+    check("focal length, sigmas", off / camera["sigma_focal"][0], 2.5)
+    check("its sigma, parts", camera["sigma_focal"][0] / 1280, 0.01)
 
 
 def main():

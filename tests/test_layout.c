@@ -253,7 +253,7 @@ static void test_given_intrinsics_are_held_or_weighed(void **state)
 {
     (void)state;
     struct scene s;
-    struct lens_prior prior;
+    struct lens_prior prior = {0};
     make_free(&s, 0.02, 13);
     s.bundle.prior = &prior;
     s.camera = true_camera;
