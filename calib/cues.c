@@ -10,10 +10,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double STRAY = 5, DISAGREE = 3;  // sigmas
-static const double SIGMA_MAX = 0.3;          // rad: a cue less sure than this tells nothing
-static const double MIRRORS = 0.3;            // reflectance face on: of metals
-static const double HARMLESS = 0.001;         // rad: 0.06 degrees cost half a per cent at 80
+static const double STRAY = 5;         // sigmas
+static const double DISAGREE = 4;      // sigmas: two numbers pass them once in 3000
+static const double SIGMA_MAX = 0.3;   // rad: a cue less sure than this tells nothing
+static const double MIRRORS = 0.3;     // reflectance face on: of metals
+static const double HARMLESS = 0.001;  // rad: 0.06 degrees cost half a per cent at 80
 
 const char *cal_cue_name(enum cue cue)
 {

@@ -13,6 +13,6 @@ enum status cal_highlight_cue(struct calibration *c, int lamp,
 enum status cal_cues(struct calibration *c, const struct capture *capture,
                      const struct facets *board, const struct facets *sample,
                      const struct seen_highlight *highlight, struct run *run, struct error *err);
-/** Warn of cues that disagree with the joint answer beyond three sigmas of both. */
+/** Warn of cues that disagree with the joint answer beyond four sigmas of both. */
 void cal_cues_compare(const struct lamp *lamp, struct run *run);
 #endif

@@ -151,7 +151,7 @@ WIDE static void differ(struct patches *restrict to, const struct raster_row *ro
     const float *nx = row->n[0], *ny = row->n[1], *nz = row->n[2];
     vec3_lanes *restrict point = &to->point_by[k], *restrict normal = &to->normal_by[k];
     FOR_LANES (i, span) {
-        double half = (to->rim[i] > 0) | !(to->center.hit[i] > 0) ? 0 : 0.5;
+        double half = ((to->rim[i] > 0) | !(to->center.hit[i] > 0)) ? 0 : 0.5;
         double x = half * ((double)px[i + step] - (double)px[i - step]);
         double y = half * ((double)py[i + step] - (double)py[i - step]);
         double z = half * ((double)pz[i + step] - (double)pz[i - step]);
