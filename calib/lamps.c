@@ -12,8 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double STRAY = 3;   // sigmas that board and sample may differ by
-static const double DOUBT = 30;  // of a sample's facets that mislead
+static const double STRAY = 3;  // sigmas of the outline that light may move the sample by
+// Of a sample's facets that mislead: by so much more at a time, up to where they have no say.
+static const double DOUBT_STEP = 3, DOUBT = 30;
 // Of a cylinder's: its turn is told by the outline alone, and what it is off by all of its facets
 // share. With this lamps lie within their sigmas, with 1 they lie 3 of them off, with 30 a fifth.
 static const double DOUBT_TURN = 5;
@@ -217,18 +218,19 @@ enum status cal_lamps_by_board(struct calibration *c, const struct capture *capt
     return status;
 }
 
-/** Does light move the sample away from its outline, by more than can be? */
-static bool misled(const struct calibration *c, const struct sample_shift *shift)
+/** Does light move the sample away from its outline, by more than can be? Light that is understood
+ *  moves it by no more than the outline's own error, however little light tells of its place. */
+static bool misled(const struct sample *s, const struct sample_shift *shift)
 {
     bool far = false;
     for (int a = 0; a < 3; a++)
-        far = far || fabs(shift->by[a]) > STRAY * hypot(c->sample.sigma_center[a], shift->sigma[a]);
+        far = far || fabs(shift->by[a]) > STRAY * s->sigma_center[a];
     return far;
 }
 
 /** Board and sample together. Where light contradicts the outline, the sample's reflectance is what
- *  is not understood: then it is doubted. A cylinder's turn is known less well, and a mesh is known
- *  between its corners only by smooth normals. */
+ *  is not understood: then it is doubted, until light follows the outline. A cylinder's turn is
+ *  known less well, and a mesh is known between its corners only by smooth normals. */
 static enum status fit_together(struct lamp_search *search, struct calibration *c,
                                 struct facets *sample, const struct seen_highlight *highlight,
                                 struct sample_shift *shift, struct run *run, struct error *err)
@@ -240,8 +242,9 @@ static enum status fit_together(struct lamp_search *search, struct calibration *
     for (bool again = true; again && !status;) {
         status = cal_lamp_fit_bounced(c, search->capture, &search->board, sample, highlight, doubt,
                                       &search->survey, shift, run, err);
-        again = !status && doubt == 1 && misled(c, shift);
-        doubt = DOUBT;
+        again = !status && doubt < DOUBT && c->sample.shape == SHAPE_SPHERE
+                && misled(&c->sample, shift);
+        doubt = fmin(doubt * DOUBT_STEP, DOUBT);
     }
     return status;
 }

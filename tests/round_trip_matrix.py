@@ -32,7 +32,7 @@ VASE = {"shape": "mesh", "file": "vase.ply", "scale": 0.9, "center": [0, 0, 38],
 MATRIX = {
     "plastic": ({}, 0.05, 0.5, 0.7, 2.5),
     "matt": ({"sample.material": {"model": "lambert", "albedo": [0.5, 0.3, 0.2]}}, 0.05, 0.5, 0.7, 2.5),
-    "rough matt": ({"sample.material": {"model": "oren_nayar", "albedo": [0.5, 0.3, 0.2], "sigma": 0.4}}, 0.05, 0.5, 0.7, 2.5),
+    "rough matt": ({"sample.material": {"model": "oren_nayar", "albedo": [0.5, 0.3, 0.2], "sigma": 0.4}}, 0.02, 0.3, 0.7, 2.5),
     "glossy": ({"sample.material": dict(PLASTIC, alpha=0.08)}, 0.05, 0.5, 0.7, 2.5),
     "glossy, soft lens": ({"sample.material": dict(PLASTIC, alpha=0.08), "camera.blur_px": 0.8}, 0.06, 0.5, 0.8, 3),
     "gaussian gloss": ({"sample.material": dict(PLASTIC, model="beckmann")}, 0.05, 0.5, 0.7, 2.5),
