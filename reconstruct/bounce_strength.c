@@ -15,8 +15,8 @@
 
 enum { SHOTS_MIN = 4 };
 static const double MODEL = 0.05;  // what cells leave of the light's pattern: calib/board_light.c
-static const double LEAST =
-    1e-3;  // strength: with none at all there would be nothing to tell it by
+static const double HALF = 0.5, SURE = 4;  // a strength; sigmas that all of it is off
+const double rec_bounce_least = 1e-3;
 
 void rec_trend_add(struct shot_trend *shot, const reflectance_sample *s)
 {
@@ -66,8 +66,15 @@ bool rec_trend_strength(const struct bounce_trend *trend, double used, bounce_st
     double d, sigma;
     if (!slope(trend, &d, &sigma))
         return false;
-    *seen = (bounce_strength){fmax(used + d, LEAST), sigma};
+    *seen = (bounce_strength){fmax(used + d, rec_bounce_least), sigma};
     return true;
+}
+
+bool rec_trend_none(const struct bounce_trend *trend, double used)
+{
+    bounce_strength seen;
+    return rec_trend_strength(trend, used, &seen) && seen.strength < HALF
+           && 1 - seen.strength > SURE * seen.sigma;
 }
 
 double rec_trend_sigma(const struct bounce_trend *trend, double used)

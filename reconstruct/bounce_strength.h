@@ -27,9 +27,18 @@ typedef struct {
     double strength, sigma;
 } bounce_strength;
 
-/** The strength that the samples show, which were taken with the strength `used`. It is never quite
- *  0. false: too few shots tell. Requires used > 0. */
+/** A strength as good as none: with none at all there would be nothing to tell it by. */
+extern const double rec_bounce_least;
+
+/** The strength that the samples show, which were taken with the strength `used`; never less than
+ *  the least. false: too few shots tell. Requires used > 0. */
 bool rec_trend_strength(const struct bounce_trend *trend, double used, bounce_strength *seen);
+
+/** Is there none of that light? It is there as geometry has it, or not at all, as in renderings of
+ *  direct light: a strength between the two is told by what else is wrong with the samples (light
+ *  near a terminator above all), and the nearer of the two is true, if all of it is out of
+ *  question. false too: few shots tell. Requires used > 0. */
+bool rec_trend_none(const struct bounce_trend *trend, double used);
 
 /** The standard deviation of a strength `used`, by how well the samples agree: what they say is
  *  missing, the sigma of that, and what is wrong with the light that grows with nothing they tell

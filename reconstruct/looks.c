@@ -18,9 +18,8 @@
 #include <string.h>
 
 enum { LOOKS_MAX = 5 };
-static const double DOUBTFUL = 0.5, SURE = 3;  // strength of the board's light; sigmas
-static const double SHARPER = 0.9;             // a sigma less than this part is worth a look
-static const double SETTLED = 0.25;            // of a bin's sigma: 95 % of the bins change by less
+static const double SHARPER = 0.9;   // a sigma less than this part is worth a look
+static const double SETTLED = 0.25;  // of a bin's sigma: 95 % of the bins change by less
 
 static enum status gather(struct job *j, const char *stage, const struct consensus *consensus,
                           struct samples_file *samples, struct error *err)
@@ -152,16 +151,11 @@ static double change(const struct bins *before, const struct bins *after)
 static bool weigh_board(struct job *j)
 {
     struct surroundings *s = &j->calibration.surroundings;
-    bounce_strength seen;
-    if (s->told || !rec_trend_strength(&j->census.trend, s->strength, &seen))
+    if (s->told || s->strength <= rec_bounce_least
+        || !rec_trend_none(&j->census.trend, s->strength))
         return false;
-    bool doubted = seen.strength + SURE * seen.sigma < DOUBTFUL;
-    bool changed = doubted && fabs(seen.strength - s->strength) > SURE * seen.sigma;
-    if (doubted) {
-        s->strength = seen.strength;
-        s->sigma_strength = seen.sigma;
-    }
-    return changed;
+    s->strength = s->sigma_strength = rec_bounce_least;
+    return true;
 }
 
 // Calib's sigma is of what it could not see, the lobe's peak among it. Samples from all sides of

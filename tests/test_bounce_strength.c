@@ -74,6 +74,25 @@ static void test_never_quite_none(void **state)
     assert_true(seen.strength > 0 && seen.strength < 0.01);
 }
 
+// Shots err by 1 % of that light here: all of it, or none, is out of question wherever the other
+// half is told. Where they err by as much as all of it, or are few, nothing is.
+static void test_all_or_none(void **state)
+{
+    (void)state;
+    struct bounce_trend all = shoot(0, 12, 1), most = shoot(-0.3, 12, 2), some = shoot(-0.7, 12, 3),
+                        none = shoot(-1, 12, 4), few = shoot(-1, 3, 5), vague = {0};
+    for (int k = 0; k < 12; k++) {
+        struct bounce_trend one = shoot(-1 + (k % 2 ? 1 : -1), 1, (uint64_t)k);
+        rec_trend_merge(&vague, &one);
+    }
+    assert_false(rec_trend_none(&all, 1));
+    assert_false(rec_trend_none(&most, 1));
+    assert_true(rec_trend_none(&some, 1));
+    assert_true(rec_trend_none(&none, 1));
+    assert_false(rec_trend_none(&few, 1));
+    assert_false(rec_trend_none(&vague, 1));
+}
+
 // As much as is missing, and the model's 5 % of what was used: nothing where few shots tell.
 static void test_sigma_of_what_was_used(void **state)
 {
@@ -99,7 +118,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_strength_is_found),     cmocka_unit_test(test_few_shots_tell_nothing),
         cmocka_unit_test(test_never_quite_none),      cmocka_unit_test(test_sigma_of_what_was_used),
-        cmocka_unit_test(test_order_does_not_matter),
+        cmocka_unit_test(test_order_does_not_matter), cmocka_unit_test(test_all_or_none),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
