@@ -147,7 +147,7 @@ static float brightest(const struct sample_set *set, int shots)
 
 /* Pairs of neighbouring frames that enough photosites compare: in the middle of the range in sum.
  */
-static int count_telling(const struct sample_set *set, int shot, float white)
+static int count_telling(const struct sample_set *set, int shot, float white, bool encoded)
 {
     int pairs = 0;
     for (int f = 1; f < set->channel[0][shot].frames; f++) {
@@ -155,8 +155,9 @@ static int count_telling(const struct sample_set *set, int shot, float white)
         for (int c = 0; c < 3; c++) {
             const struct bracket_sample *s = &set->channel[c][shot];
             for (size_t i = 0; i < s->photosites; i++) {
-                float sum = s->dn[f - 1][i] + s->dn[f][i];
-                count += sum > 0.15f * white && sum < 0.85f * white;
+                float a = s->dn[f - 1][i] / white, b = s->dn[f][i] / white;
+                float sum = encoded ? a * a + b * b : a + b;  // sRGB is about a square
+                count += sum > 0.15f && sum < 0.85f;
             }
         }
         pairs += count >= TELLING_MIN;
@@ -165,17 +166,17 @@ static int count_telling(const struct sample_set *set, int shot, float white)
 }
 
 /* Shots to be read again, poor[]: those that tell less than others do. */
-static bool find_poor(bool *poor, const struct sample_set *set, int shots)
+static bool find_poor(bool *poor, const struct sample_set *set, int shots, bool encoded)
 {
     const float white = brightest(set, shots);
     int most = 0;
     bool any = false;
     for (int k = 0; k < shots; k++) {
-        int telling = count_telling(set, k, white);
+        int telling = count_telling(set, k, white, encoded);
         most = telling > most ? telling : most;
     }
     for (int k = 0; k < shots; k++) {
-        int frames = set->channel[0][k].frames, telling = count_telling(set, k, white);
+        int frames = set->channel[0][k].frames, telling = count_telling(set, k, white, encoded);
         poor[k] = frames > 1 && telling < (most < frames ? most : frames - 1);
         any = any || poor[k];
     }
@@ -222,8 +223,8 @@ enum status sample_read(struct sample_set *set, const struct capture *capture, i
         plan.threads = run->threads / teams;
         read_shots(&made, capture, shot, shots, NULL, seconds, &plan, teams);
         plan.bands *= MORE;
-        bool linear = !capture->photo[capture->shot[shot[0]].photo[0]].encoded;
-        if (linear && plan.bands * plan.rows < kind->height && find_poor(poor, &made, shots))
+        bool encoded = capture->photo[capture->shot[shot[0]].photo[0]].encoded;
+        if (plan.bands * plan.rows < kind->height && find_poor(poor, &made, shots, encoded))
             read_shots(&made, capture, shot, shots, poor, seconds, &plan, teams);
     }
     for (int k = 0; ok && k < shots; k++) {  // those that could be read move to the front
@@ -248,6 +249,40 @@ enum status sample_read(struct sample_set *set, const struct capture *capture, i
     else
         *set = made;
     return status;
+}
+
+static bool copy_sample(struct bracket_sample *to, const struct bracket_sample *from)
+{
+    const size_t frames = (size_t)from->frames, n = from->photosites;
+    *to = (struct bracket_sample){.frames = from->frames, .shot = from->shot, .photosites = n};
+    to->time = malloc(frames * sizeof *to->time);
+    to->photo = malloc(frames * sizeof *to->photo);
+    to->dn = calloc(frames, sizeof *to->dn);
+    bool ok = to->time && to->photo && to->dn;
+    for (size_t f = 0; ok && f < frames; f++) {
+        to->time[f] = from->time[f];
+        to->photo[f] = from->photo[f];
+        ok = (to->dn[f] = malloc((n + 1) * sizeof **to->dn)) != NULL;
+        if (ok)
+            memcpy(to->dn[f], from->dn[f], n * sizeof **to->dn);
+    }
+    return ok;
+}
+
+bool sample_copy(struct sample_set *copy, const struct sample_set *set)
+{
+    struct sample_set made = *set;
+    bool ok = true;
+    for (int c = 0; c < 3; c++)
+        ok = (made.channel[c] = calloc((size_t)set->samples, sizeof *made.channel[c])) && ok;
+    for (int c = 0; c < 3; c++)
+        for (int k = 0; k < set->samples && ok; k++)
+            ok = copy_sample(&made.channel[c][k], &set->channel[c][k]);
+    if (ok)
+        *copy = made;
+    else
+        sample_free(&made);
+    return ok;
 }
 
 void sample_free(struct sample_set *set)

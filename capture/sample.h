@@ -18,5 +18,7 @@ struct sample_set {
  *  them. STATUS_MEMORY; STATUS_DATA: no shot can be read. */
 enum status sample_read(struct sample_set *set, const struct capture *capture, int camera,
                         const double *seconds, const struct run *run, struct error *err);
+/** A set of its own with the same values. false: no memory, and nothing to free. */
+bool sample_copy(struct sample_set *copy, const struct sample_set *set);
 void sample_free(struct sample_set *set);
 #endif

@@ -123,23 +123,60 @@ static enum status find_curve(struct learned *learned, const struct capture *cap
     return STATUS_OK;
 }
 
-/* Levels and times depend on each other weakly: dark photosites tell one, bright ones the other. */
-static void find_times(struct sensor *sensor, double *seconds, const struct capture *capture,
-                       struct sample_set *set, const struct sensor_known *known,
+/* Levels and times depend on each other weakly: dark photosites tell one, bright ones the other.
+ * stated [photos]: the files' times. true: seconds[] have changed. */
+static bool find_times(struct sensor *sensor, double *seconds, const double *stated, int photos,
+                       struct sample_set *set, double curve_sigma, const struct sensor_known *known,
                        struct sensor_doubts *doubts, int threads)
 {
     enum { ROUNDS = 4 };
-    double *stated = malloc((size_t)capture->photos * sizeof *stated);
-    bool changed = stated != NULL;
-    if (stated)
-        memcpy(stated, seconds, (size_t)capture->photos * sizeof *stated);
+    bool changed = true, any = false;
     find_levels(sensor, set, known, doubts);
     for (int round = 0; round < ROUNDS && changed; round++) {
-        changed = times_estimate(seconds, stated, capture->photos, set, sensor, threads);
+        changed = times_estimate(seconds, stated, photos, set, sensor, curve_sigma, threads);
+        any = any || changed;
         if (changed)
             find_levels(sensor, set, known, doubts);
     }
-    free(stated);
+    return any;
+}
+
+static void set_times(struct sample_set *set, const double *seconds)
+{
+    for (int c = 0; c < 3; c++)
+        for (int k = 0; k < set->samples; k++) {
+            struct bracket_sample *s = &set->channel[c][k];
+            for (int f = 0; f < s->frames; f++)
+                s->time[f] = seconds[s->photo[f]];
+        }
+}
+
+/* A curve that was recovered took the times for true, of which some per cent are wrong: times by
+ * that curve, and the curve by those times, in turns. set holds codes, and linear values then. */
+static enum status find_curve_and_times(struct learned *learned, double *seconds,
+                                        const double *stated, int photos, struct sample_set *set,
+                                        const struct sensor_known *known,
+                                        struct sensor_doubts *doubts, struct run *run,
+                                        struct error *err)
+{
+    enum { TURNS = 4 };
+    for (int turn = 1;; turn++) {
+        struct sample_set linear;
+        const double *r = learned->curve.relative;
+        if (!sample_copy(&linear, set))
+            return cap_fail(err, STATUS_MEMORY, "a sample of %d photographs", photos);
+        linearise(&linear, &learned->curve);
+        bool changed = find_times(&learned->sensor, seconds, stated, photos, &linear,
+                                  (r[0] + r[1] + r[2]) / 3, known, doubts, run->threads);
+        if (!changed || turn == TURNS) {
+            sample_free(set);
+            *set = linear;
+            return STATUS_OK;
+        }
+        sample_free(&linear);
+        set_times(set, seconds);
+        response_recover(&learned->curve, set);
+    }
 }
 
 enum status sensor_learn(struct learned *learned, double *seconds, bool *left_out,
@@ -151,16 +188,23 @@ enum status sensor_learn(struct learned *learned, double *seconds, bool *left_ou
     struct sensor_doubts doubts = {0};
     struct learned made = {.encoded = photo->encoded};
     struct sample_set set = {0};
-    enum status status = sample_read(&set, capture, camera, seconds, run, err);
+    const int photos = capture->photos;
+    double *stated = malloc((size_t)photos * sizeof *stated);
+    enum status status = stated ? sample_read(&set, capture, camera, seconds, run, err)
+                                : cap_fail(err, STATUS_MEMORY, "%d photographs", photos);
+    if (!status)
+        memcpy(stated, seconds, (size_t)photos * sizeof *stated);
     if (!status && made.encoded)
         status = find_curve(&made, capture, &set, run, err);
     if (!status)
         status = know_dark(&known, capture, camera, &made.curve, err);
-    if (!status && made.encoded) {
-        linearise(&set, &made.curve);
-        find_levels(&made.sensor, &set, &known, &doubts);
+    if (!status && made.recovered) {
+        status =
+            find_curve_and_times(&made, seconds, stated, photos, &set, &known, &doubts, run, err);
     } else if (!status) {
-        find_times(&made.sensor, seconds, capture, &set, &known, &doubts, run->threads);
+        if (made.encoded)
+            linearise(&set, &made.curve);
+        find_times(&made.sensor, seconds, stated, photos, &set, 0, &known, &doubts, run->threads);
     }
     if (!status) {
         moved_find(left_out, capture, &set, &made.sensor, run);
@@ -172,6 +216,7 @@ enum status sensor_learn(struct learned *learned, double *seconds, bool *left_ou
         *learned = made;
     }
     sample_free(&set);
+    free(stated);
     return status;
 }
 

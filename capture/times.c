@@ -18,6 +18,9 @@
  * with the prior of its own size, mean 0 over the shot, so that it cannot change the shot's scale
  * more than it changed in fact.
  *
+ * Of photographs whose curve was recovered from the same brackets, a common power of all times is
+ * left as it is stated.
+ *
  * Accuracy. Noise, and non-linearity of the sensor (10^-4 is assumed). Where c = 0 explains the
  *           photographs as well, c is 0.
  */
@@ -31,6 +34,7 @@ enum { SETTINGS_MAX = 128 };
 
 // What no sensor does better than, in ln of a ratio.
 static const double floor_sigma = 1e-4;
+static const double CURVE_SIGMAS = 3;  // of a recovered curve, which c has to be off to be real
 
 /* What one pair of neighbouring frames tells. */
 struct pair {
@@ -212,6 +216,14 @@ static bool is_significant(const struct pair *pair, int pairs, const double *c, 
     return gain > 9 + 2 * n;
 }
 
+static double largest(const double *c, int n)
+{
+    double most = 0;
+    for (int k = 0; k < n; k++)
+        most = fmax(most, fabs(c[k]));
+    return most;
+}
+
 static int measure_pairs(struct pair *pair, struct settings *settings, const double *stated,
                          const struct sample_set *set, const struct sensor *sensor, int threads)
 {
@@ -236,6 +248,27 @@ static int measure_pairs(struct pair *pair, struct settings *settings, const dou
         if (isfinite(pair[p].sigma))
             pair[pairs++] = pair[p];
     return pairs;
+}
+
+/* Values and times raised to the same power agree as well: what part of c grows with ln t is taken
+ * out of it, and out of what the pairs tell. */
+static void take_power_out(struct settings *settings, struct pair *pair, int pairs)
+{
+    double mean = 0, tt = 0, tc = 0;
+    for (int k = 0; k < settings->count; k++)
+        mean += log(settings->time[k]) / settings->count;
+    for (int k = 0; k < settings->count; k++) {
+        double t = log(settings->time[k]) - mean;
+        tt += t * t;
+        tc += t * settings->c[k];
+    }
+    const double power = tt > 0 ? tc / tt : 0;
+    for (int k = 0; k < settings->count; k++)
+        settings->c[k] -= power * (log(settings->time[k]) - mean);
+    for (int p = 0; p < pairs; p++) {
+        const int *at = pair[p].setting;
+        pair[p].l -= power * log(settings->time[at[1]] / settings->time[at[0]]);
+    }
 }
 
 /* The pairs' l are relative to the times before; c and e are to be relative to the stated ones. */
@@ -270,7 +303,7 @@ static void apply(double *seconds, const double *stated, int photos, struct sett
 }
 
 bool times_estimate(double *seconds, const double *stated, int photos, struct sample_set *set,
-                    const struct sensor *sensor, int threads)
+                    const struct sensor *sensor, double curve_sigma, int threads)
 {
     size_t room = 1;
     for (int k = 0; k < set->samples; k++)
@@ -288,7 +321,10 @@ bool times_estimate(double *seconds, const double *stated, int photos, struct sa
             jitter = find_jitter(pair, pairs, settings.c, settings.count);
             ok = fit_settings(settings.c, settings.count, pair, pairs, jitter);
         }
-        if (!ok || !is_significant(pair, pairs, settings.c, settings.count, jitter))
+        if (ok && curve_sigma > 0)
+            take_power_out(&settings, pair, pairs);
+        if (!ok || !is_significant(pair, pairs, settings.c, settings.count, jitter)
+            || largest(settings.c, settings.count) < CURVE_SIGMAS * curve_sigma)
             memset(settings.c, 0, sizeof settings.c);
         apply(seconds, stated, photos, &settings, pair, pairs, jitter, set);
         for (int i = 0; i < photos; i++)

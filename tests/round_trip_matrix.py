@@ -59,6 +59,8 @@ MATRIX = {
     "raw": ({"sensor": RAW, "files": "dng"}, 0.1, 0.5, 0.8, 3.5),
     "xtrans": ({"sensor": dict(RAW, mosaic="xtrans"), "files": "dng"}, 0.1, 0.5, 0.8, 3.5),
     "jpeg": ({"files": "jpeg"}, 0.05, 0.5, 1.2, 5),
+    # Times that are off by 4 % each, which channels and shots have from different frames.
+    "jpeg, shutter": ({"files": "jpeg", "sensor.time_error": 0.04}, 0.05, 0.5, 1.2, 5),
     "strong lens": ({"camera.distortion": [-0.25, 0.12, 0.001, -0.001, 0], "camera.focal_length": 40}, 0.05, 0.5, 0.7, 2.5),
     "dark corners": ({"camera.vignetting": [-0.12, -0.04, 0], "flat": True}, 0.05, 0.5, 0.7, 2.5),
     "dark corners, no flat": ({"camera.vignetting": [-0.06, 0, 0]}, 0.05, 0.5, 0.7, 2.5),
