@@ -224,7 +224,10 @@ enum status sample_read(struct sample_set *set, const struct capture *capture, i
         read_shots(&made, capture, shot, shots, NULL, seconds, &plan, teams);
         plan.bands *= MORE;
         bool encoded = capture->photo[capture->shot[shot[0]].photo[0]].encoded;
-        if (plan.bands * plan.rows < kind->height && find_poor(poor, &made, shots, encoded))
+        bool curve =
+            encoded && capture->response == RESPONSE_RECOVER;  // all shots tell it together
+        if (!curve && plan.bands * plan.rows < kind->height
+            && find_poor(poor, &made, shots, encoded))
             read_shots(&made, capture, shot, shots, poor, seconds, &plan, teams);
     }
     for (int k = 0; ok && k < shots; k++) {  // those that could be read move to the front
