@@ -271,9 +271,12 @@ enum status cal_contour_edges(struct contour_edge **edge, int *count, const stru
         status = cap_fail(err, STATUS_MEMORY, "%s: %d outline edges", view->name, points);
         goto done;
     }
-    for (int k = 0; k < points; k++)
+    for (int k = 0; k < points; k++) {
         gather(&sector[k], map, &point[k], fine ? LIMB_INSIDE_PX : search + 4,
                fine ? LIMB_OUTSIDE_PX : search + 4);
+        if (sample->shape != SHAPE_MESH)  // whose bend differs from place to place
+            sector[k].bend = fmin(1 / (sample->radius * point[k].px_per_mm), LIMB_BEND_MAX);
+    }
     struct limb_lens lens;
     if (fine)
         limb_lens_find(&lens, sector, points, view->blur_px);

@@ -3,14 +3,18 @@
  * Method.   Across an edge at e, with d the distance outwards from the predicted outline and
  *           x = e - d the depth inside it, radiance is
  *
- *               b0 + b1 sqrt(x) + b2 x   inside (x > 0),      o0 + o1 x   outside,
+ *               b0 + b1 c(x) + b2 x   inside (x > 0),      o0 + o1 x   outside,
+ *               c = sqrt(x - x^2 / 2R) = sqrt(x) (1 - x / 4R - x^2 / 32R^2 - x^3 / 128R^3 - ...),
  *
  *           averaged over the photosite, a box, and the lens's blur, a Gaussian of the width that
  *           fits a photograph's edges best. (One box for both puts edges off by half a pixel where
- *           the limb is steep.) The square root is the limb: near the outline the normal turns as
- *           sqrt(x), and with it all reflectance. For each e of a fine scan the five coefficients
- *           are solved linearly; the parabola through the least chi^2 gives e and, by its
- *           curvature, sigma. Either side may be the brighter one.
+ *           the limb is steep.) The root is the limb: where the surface curves with a radius of R
+ *           pixels, its normal's part towards the camera is c times sqrt(2 / R), and outwards
+ *           1 - x / R: the model is exact of what is matt, and with sqrt(x) for c, or R unknown,
+ *           off by 0.05 px where R = 22 and the lamp stands beside the camera.
+ *           For each e of a fine scan the five coefficients are solved linearly; the parabola
+ *           through the least chi^2 gives e and, by its curvature, sigma. Either side may be the
+ *           brighter one.
  * Accuracy. Unbiased for any smooth reflectance; the 50 % level is off by 0.05 mm and the steepest
  *           gradient by 0.017 mm where this model is off by 0.009 mm (../shared/facts.md).
  */
@@ -24,6 +28,7 @@
 
 enum { TERMS = LIMB_TERMS };
 static const double CELL_PX = 1.0 / 64, LEAST_DEPTH = -8;  // of a lens's table
+static const double PHOTOSITE = 0.2886751346;  // 1 sigma of a box a pixel wide: sqrt(1/12)
 static const double SCAN_PX = 2.5, STEP_PX = 0.125;
 static const double TEXTURE = 0.004;  // what a surface's own structure adds to noise, relative
 static const double MODEL = 4;        // by how much more than TEXTURE the model itself may be off:
@@ -58,14 +63,17 @@ void limb_add(struct sector *s, const struct radiance *map, int x, int y, double
     s->site[s->count++] = (struct site){d, value, variance + TEXTURE * TEXTURE * value * value};
 }
 
-/** The terms of the limb model inside at depth x, averaged over a photosite: the mean of x_+^p over
- *  it is ((x + 1/2)_+^(p+1) - (x - 1/2)_+^(p+1)) / (p+1). */
-static void photosite_terms(double x, double t[3])
+/** Powers 0, 1/2, 1, 3/2, 5/2 and 7/2 of the depth x, averaged over a photosite: the mean of x_+^p
+ * over it is ((x + 1/2)_+^(p+1) - (x - 1/2)_+^(p+1)) / (p+1). */
+static void photosite_powers(double x, double t[LIMB_POWERS])
 {
-    double a = fmax(x + 0.5, 0), b = fmax(x - 0.5, 0);
+    double a = fmax(x + 0.5, 0), b = fmax(x - 0.5, 0), a32 = a * sqrt(a), b32 = b * sqrt(b);
     t[0] = a - b;
-    t[1] = (a * sqrt(a) - b * sqrt(b)) * (2.0 / 3);
+    t[1] = (a32 - b32) * (2.0 / 3);
     t[2] = (a * a - b * b) * 0.5;
+    t[3] = (a * a32 - b * b32) * (2.0 / 5);
+    t[4] = (a * a * a32 - b * b * b32) * (2.0 / 7);
+    t[5] = (a * a * a * a32 - b * b * b * b32) * (2.0 / 9);
 }
 
 void limb_lens_make(struct limb_lens *lens, double blur)
@@ -73,32 +81,35 @@ void limb_lens_make(struct limb_lens *lens, double blur)
     enum { SIDE = 8 };  // of a Gaussian, in steps of half a sigma
     lens->blur = blur;
     for (int i = 0; i <= LIMB_CELLS; i++) {
-        double sum[3] = {0}, weights = 0;
+        double sum[LIMB_POWERS] = {0}, weights = 0;
         for (int k = -SIDE; k <= SIDE; k++) {
-            double t[3], w = exp(-0.125 * k * k);
-            photosite_terms(LEAST_DEPTH + i * CELL_PX + 0.5 * k * blur, t);
-            for (int j = 0; j < 3; j++)
+            double t[LIMB_POWERS], w = exp(-0.125 * k * k);
+            photosite_powers(LEAST_DEPTH + i * CELL_PX + 0.5 * k * blur, t);
+            for (int j = 0; j < LIMB_POWERS; j++)
                 sum[j] += w * t[j];
             weights += w;
         }
-        for (int j = 0; j < 3; j++)
-            lens->term[i][j] = sum[j] / weights;
+        for (int j = 0; j < LIMB_POWERS; j++)
+            lens->power[i][j] = sum[j] / weights;
     }
 }
 
-/** All terms of the limb model at depth x; within the table linearly between its cells, deeper than
- *  that no lens shows. */
-static void limb_terms(double x, const struct limb_lens *lens, double t[TERMS])
+/** All terms of the limb model at depth x of a surface of that bend; within the table linearly
+ *  between its cells, deeper than that no lens shows. */
+static void limb_terms(double x, double bend, const struct limb_lens *lens, double t[TERMS])
 {
-    double place = (x - LEAST_DEPTH) / CELL_PX;
+    double place = (x - LEAST_DEPTH) / CELL_PX, p[LIMB_POWERS];
     if (place >= LIMB_CELLS) {
-        photosite_terms(x, t);
+        photosite_powers(x, p);
     } else {
         int cell = place > 0 ? (int)place : 0;
         double part = place > 0 ? place - cell : 0;
-        for (int j = 0; j < 3; j++)
-            t[j] = lens->term[cell][j] + part * (lens->term[cell + 1][j] - lens->term[cell][j]);
+        for (int j = 0; j < LIMB_POWERS; j++)
+            p[j] = lens->power[cell][j] + part * (lens->power[cell + 1][j] - lens->power[cell][j]);
     }
+    t[0] = p[0];
+    t[1] = p[1] - bend / 4 * (p[3] + bend / 8 * (p[4] + bend / 4 * p[5]));
+    t[2] = p[2];
     t[3] = 1 - t[0];
     t[4] = x - t[2];
 }
@@ -109,7 +120,7 @@ static double limb_chi2(const struct sector *s, double e, const struct limb_lens
     double a[TERMS * TERMS] = {0}, y[TERMS] = {0}, yy = 0;
     for (int n = 0; n < s->count; n++) {
         double t[TERMS], w = 1 / s->site[n].variance, value = s->site[n].value;
-        limb_terms(e - s->site[n].d, lens, t);
+        limb_terms(e - s->site[n].d, s->bend, lens, t);
         for (int i = 0; i < TERMS; i++) {
             for (int j = 0; j <= i; j++)
                 a[i * TERMS + j] += w * t[i] * t[j];
@@ -144,7 +155,7 @@ static double about_mean(const struct sector *s)
  *  0: that is not known. */
 static double texture_curvature(const struct sector *s, double at, const struct limb_lens *lens)
 {
-    struct sector bare = {.count = s->count};
+    struct sector bare = {.count = s->count, .bend = s->bend};
     for (int n = 0; n < s->count; n++) {
         double texture = fmax(TEXTURE * fabs(s->site[n].value), 0.1 * sqrt(s->site[n].variance));
         bare.site[n] = (struct site){s->site[n].d, s->site[n].value, texture * texture};
@@ -264,12 +275,13 @@ static double best_blur(struct limb_lens *lens, double first, double step, int b
     return first + (best + shift) * step;
 }
 
-// The limb is not quite what its model says, which the blur makes up for: it is only told to 0.1,
-// and tags tell it better, at their own distance.
+// The limb is not quite what its model says, which the blur makes up for: what it and the photosite
+// spread together is only told to 0.1, and tags tell it better, at their own distance.
 void limb_lens_find(struct limb_lens *lens, const struct sector *sector, int count, double by_tags)
 {
     const double step = 0.15, fine = 0.05, agree = 0.1;
     double about = best_blur(lens, 0, step, 9, sector, count);
     double blur = best_blur(lens, fmax(about - 2 * fine, 0), fine, 5, sector, count);
-    limb_lens_make(lens, fabs(blur - by_tags) < agree ? by_tags : blur);
+    bool same = fabs(hypot(blur, PHOTOSITE) - hypot(by_tags, PHOTOSITE)) < agree;
+    limb_lens_make(lens, same ? by_tags : blur);
 }

@@ -11,15 +11,17 @@ enum {
 };
 // What the limb model spans, in pixels on each side of the predicted outline.
 static const double LIMB_INSIDE_PX = 7, LIMB_OUTSIDE_PX = 4.5;
+// Of a surface that bends more, the series of the limb's root (limb.c) is no good that far inside.
+static const double LIMB_BEND_MAX = 0.1;
 
 // Edges that are no outline's lie anywhere within the search: 0.58 of it rms about any fit.
 static const double STRAYING = 0.4;
 
-enum { LIMB_TERMS = 5, LIMB_CELLS = 64 * 20 };
-/** The limb model's terms (limb.c) over the depth, as a lens shows them that blurs by `blur`, 1
- * sigma in pixels. */
+enum { LIMB_TERMS = 5, LIMB_POWERS = 6, LIMB_CELLS = 64 * 20 };
+/** The powers of the depth that the limb model is made of (limb.c), as a lens shows them that blurs
+ * by `blur`, 1 sigma in pixels. */
 struct limb_lens {
-    double blur, term[LIMB_CELLS + 1][3];
+    double blur, power[LIMB_CELLS + 1][LIMB_POWERS];
 };
 
 /** A photosite near the outline. */
@@ -31,6 +33,7 @@ struct site {
 struct sector {
     struct site site[LIMB_SITES_MAX];
     int count;
+    double bend;  // of the surface from the limb inwards: 1 / its radius in pixels; 0: not known
 };
 
 /** Add a photosite of a map at distance d; one that says nothing, or is too many, is left out. */

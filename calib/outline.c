@@ -167,6 +167,8 @@ enum status cal_outline_edges(struct edge **edges, int *count, const struct radi
         return cap_fail(err, STATUS_MEMORY, "%s: %d outline edges", view->name, sectors);
     }
     gather(sector, sectors, map, camera, &rotation, &cone, b, inside, outside);
+    for (int k = 0; k < sectors; k++)
+        sector[k].bend = fmin(1 / (tan(cone.half_angle) * px), LIMB_BEND_MAX);
     struct limb_lens lens;
     if (fine)
         limb_lens_find(&lens, sector, sectors, view->blur_px);
