@@ -11,7 +11,7 @@
  *           (a / 2r)^2 each way; where part of it has set, the photosite is at the terminator.
  * Limits.   A photosite is left out within one photosite of the outline and of the terminator, or
  *           as far as the lens spreads light, or JPEG colour (viewing.c): beyond the edge lies
- *           something else. On a mesh the outline's one photosite stays one.
+ *           something else.
  */
 #include "rays.h"
 
@@ -93,23 +93,9 @@ static void look_around(struct looks *look, const struct pencil *p, struct reach
     }
 }
 
-// Photosites that share their colour reach as far as their place among those tells.
-static void look_at_edges(struct looks *look, const struct pencil *p, const struct strip *s,
-                          lane_span span)
-{
-    const int step = p->v->chroma[0] > 1 ? p->v->chroma[0] : 1;
-    for (int k = 0; k < step; k++) {
-        struct looks one = *look;
-        look_around(&one, p, rec_reach(p->v, s->x0 + k, s->y), span);
-        for (int i = k; i < LANES; i += step) {
-            look->rim[i] = one.rim[i];
-            look->dusk[i] = one.dusk[i];
-        }
-    }
-}
-
-// A mesh's own look around; its terminator is where the lamp sets within a photosite.
-static void look_around_mesh(struct looks *look, const struct pencil *p, lane_span span)
+// A mesh's own look around; its terminator is where the lamp sets within the reach.
+static void look_around_mesh(struct looks *look, const struct pencil *p, struct reach reach,
+                             lane_span span)
 {
     static const double corner[4][2] = {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
     struct ray_ends e;
@@ -117,8 +103,30 @@ static void look_around_mesh(struct looks *look, const struct pencil *p, lane_sp
     memcpy(look->rim, p->mesh.rim, sizeof look->rim);
     memcpy(look->dusk, p->mesh.dusk, sizeof look->dusk);
     for (int k = 0; k < 4; k++) {
-        rec_trace(&e, p, p->v->margin * corner[k][0], p->v->margin * corner[k][1], span);
+        double x = corner[k][0], y = corner[k][1];
+        rec_trace(&e, p, x * (x < 0 ? reach.before[0] : reach.after[0]),
+                  y * (y < 0 ? reach.before[1] : reach.after[1]), span);
         add_beyond(look, &e, span);
+    }
+}
+
+// Photosites that share their colour reach as far as their place among those tells.
+static void look_at_edges(struct looks *look, const struct pencil *p, const struct strip *s,
+                          lane_span span)
+{
+    const int step = p->v->chroma[0] > 1 ? p->v->chroma[0] : 1;
+    for (int k = 0; k < step; k++) {
+        struct looks one = *look;
+        const struct reach reach = rec_reach(p->v, s->x0 + k, s->y);
+        if (p->v->raster)
+            look_around_mesh(&one, p, reach, span);
+        else
+            look_around(&one, p, reach, span);
+        for (int i = k; i < LANES; i += step) {
+            look->rim[i] = one.rim[i];
+            look->dusk[i] = one.dusk[i];
+            look->shadowed[i] = one.shadowed[i];
+        }
     }
 }
 
@@ -322,9 +330,7 @@ void rec_strip_footprints(struct strip *s, const struct viewing *v)
         return;
     take_centers(s, &look, &center, &p.lens, v->eye, v->square, rec_farthest(v));
     lane_span closer = edges(s, v, &look);
-    if (v->raster)
-        look_around_mesh(&look, &p, closer);
-    else if (closer.end > 0)
+    if (closer.end > 0)
         look_at_edges(&look, &p, s, closer);
     take_fates(s, &look, &center);
     take_disc(s, v, center.cos_i);

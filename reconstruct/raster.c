@@ -8,7 +8,7 @@
  * Edges.    A neighbour lies on the same piece of surface where the way to it keeps near the
  *           tangent plane and its normal near the photosite's own: what does not is past an
  *           outline, before or behind, or over a crease. A photosite with such a neighbour is left
- *           out.
+ *           out, or with one as far as what it has a part of (raster_spread.c).
  * Accuracy. Derivatives err by a sixth of the third ones; places by 1e-7 of the mesh's radius.
  */
 #include "raster.h"
@@ -72,8 +72,12 @@ enum status rec_raster_make(struct raster *raster, const struct viewing *v, pixe
                 look(&r, (size_t)(y - r.y0) * (size_t)r.columns + (size_t)(x - r.x0), v, ray);
             }
         }
-    *raster = r;
-    return STATUS_OK;
+    enum status status = rec_raster_spread(&r, v, box, err);
+    if (status)
+        rec_raster_free(&r);
+    else
+        *raster = r;
+    return status;
 }
 
 void rec_raster_free(struct raster *raster)
@@ -84,14 +88,16 @@ void rec_raster_free(struct raster *raster)
 
 /** The planes of a strip from its first lane on. */
 struct raster_row {
-    const float *p[3], *n[3], *hit, *shadowed;
+    const float *p[3], *n[3], *hit, *shadowed, *rim, *dusk;
 };
 
 static struct raster_row row_of(const struct raster *r, int x0, int y)
 {
     const size_t at = (size_t)(y - r->y0) * (size_t)r->columns + (size_t)(x0 - r->x0);
     struct raster_row row = {.hit = r->plane[RASTER_HIT] + at,
-                             .shadowed = r->plane[RASTER_SHADOWED] + at};
+                             .shadowed = r->plane[RASTER_SHADOWED] + at,
+                             .rim = r->plane[RASTER_RIM] + at,
+                             .dusk = r->plane[RASTER_DUSK] + at};
     for (int k = 0; k < 3; k++) {
         row.p[k] = r->plane[RASTER_POINT + k] + at;
         row.n[k] = r->plane[RASTER_NORMAL + k] + at;
@@ -104,7 +110,7 @@ WIDE static void take_own(struct patches *restrict to, const struct raster_row *
 {
     const float *px = row->p[0], *py = row->p[1], *pz = row->p[2];
     const float *nx = row->n[0], *ny = row->n[1], *nz = row->n[2];
-    const float *hit = row->hit, *shadowed = row->shadowed;
+    const float *hit = row->hit, *shadowed = row->shadowed, *rim = row->rim, *dusk = row->dusk;
     FOR_LANES (i, span) {
         to->center.point.x[i] = center.x + (double)px[i];
         to->center.point.y[i] = center.y + (double)py[i];
@@ -114,8 +120,8 @@ WIDE static void take_own(struct patches *restrict to, const struct raster_row *
         to->center.normal.z[i] = (double)nz[i];
         to->center.hit[i] = (double)hit[i];
         to->shadowed[i] = (double)shadowed[i];
-        to->rim[i] = 0;
-        to->dusk[i] = (double)shadowed[i];
+        to->rim[i] = (double)rim[i];
+        to->dusk[i] = shadowed[i] > dusk[i] ? (double)shadowed[i] : (double)dusk[i];
         to->curvature[i] = 0;
     }
 }

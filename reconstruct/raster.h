@@ -10,6 +10,8 @@ enum raster_plane {
     RASTER_NORMAL = RASTER_POINT + 3,
     RASTER_HIT = RASTER_NORMAL + 3,  // 1 or 0
     RASTER_SHADOWED,                 // 1: the mesh itself keeps the lamp's light off
+    RASTER_RIM,  // 1: past an edge, or a crease, lies what the photosite has a part of: rec_reach()
+    RASTER_DUSK,  // 1: in shadow does
     RASTER_PLANES
 };
 
@@ -25,13 +27,19 @@ enum status rec_raster_make(struct raster *raster, const struct viewing *viewing
                             struct error *err);
 void rec_raster_free(struct raster *raster);
 
+/** Fill RASTER_RIM and RASTER_DUSK, which were 0, of photosites that reach beyond their neighbours.
+ *  STATUS_MEMORY. */
+enum status rec_raster_spread(struct raster *raster, const struct viewing *viewing, pixel_box box,
+                              struct error *err);
+
 /** Photosites of a strip on a mesh, with the mesh's derivatives from one photosite to the next. */
 struct patches {
     struct meetings center;
     vec3_lanes point_by[2], normal_by[2];  // by x and y of the pixel
     double shadowed[LANES];                // the photosite's own; 1 or 0
-    double rim[LANES];   // 1: one of the eight around is off the surface: past an edge, or a crease
-    double dusk[LANES];  // 1: one of them is in shadow
+    double rim[LANES];  // 1: one of the eight around, or as far as the photosite reaches, is off
+                        // the surface: past an edge, or a crease
+    double dusk[LANES];       // 1: one of them is in shadow
     double curvature[LANES];  // 1/mm
 };
 /** Of a span of the strip that begins at (x0, y), one of the box's. */
