@@ -33,17 +33,24 @@ struct lattice cal_lattice(const struct radiance *map, double region)
     return (struct lattice){*map->cfa ? 2 : 1, step > 1 ? step : 1};
 }
 
+// Photosites that share their colour have a lightness of their own: JPEG's (ITU-R BT.601), in which
+// what colour an edge has does not show.
+static const double MEAN[3] = {1.0 / 3, 1.0 / 3, 1.0 / 3}, LIGHTNESS[3] = {0.299, 0.587, 0.114};
+
 bool cal_gray(const struct radiance *map, int x, int y, double *value, double *variance)
 {
+    const double *w = map->chroma[0] > 1 || map->chroma[1] > 1 ? LIGHTNESS : MEAN;
     bool measured[3];
     float v[3], var[3];
     cap_radiance_at(map, x, y, v, var);
     int count = cal_measured(map, var, measured);
     double sum = 0;
-    for (int c = 0; c < 3; c++)
-        sum += measured[c] ? (double)var[c] : 0;
+    *value = 0;
+    for (int c = 0; c < 3; c++) {
+        sum += measured[c] ? w[c] * w[c] * (double)var[c] : 0;
+        *value += w[c] * (double)v[c];
+    }
     // A channel that was not measured here is as noisy as the one that was.
-    *variance = count ? sum * 3 / count / 9 : INFINITY;
-    *value = ((double)v[0] + v[1] + v[2]) / 3;
+    *variance = count ? sum * 3 / count : INFINITY;
     return count > 0;
 }
