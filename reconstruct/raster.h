@@ -37,8 +37,9 @@ struct patches {
     struct meetings center;
     vec3_lanes point_by[2], normal_by[2];  // by x and y of the pixel
     double shadowed[LANES];                // the photosite's own; 1 or 0
-    double rim[LANES];  // 1: one of the eight around, or as far as the photosite reaches, is off
-                        // the surface: past an edge, or a crease
+    // 1: one of the eight around, or as far as the photosite reaches, is off the surface: past an
+    // edge, or a crease.
+    double rim[LANES];
     double dusk[LANES];       // 1: one of them is in shadow
     double curvature[LANES];  // 1/mm
 };
