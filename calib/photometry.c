@@ -14,7 +14,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double MARGIN_PX = 1.75;   // lens blur reaches this far
+// What of a photosite, and of what lies beside it, its lens mixes in: half its own width, and
+// sigmas of the lens.
+static const double MARGIN_PX = 1.75, HALF_PX = 0.5, TAIL = 2.5;
 static const double SPREAD_MAX = 0.08;  // of one material, relative: more is a shadow's edge
 static const double OCCLUSION_MM = 3;   // distance from the sample's shadow and outline
 static const double SMOOTH_COS = 0.8;   // normals of one block agree to this
@@ -100,13 +102,15 @@ static struct lattice lattice_of(const struct radiance *map, const int range[4])
     return cal_lattice(map, (range[2] - range[0] + 1.0) * (range[3] - range[1] + 1.0));
 }
 
-/** How far (s, t) moves in a photosite's margin, in x and y. */
-static void quad_margin(const struct quadrilateral *q, double x, double y, double margin[2])
+/** How far (s, t) moves in a photosite's margin, in x and y. blur_px: of the lens, 1 sigma. */
+static void quad_margin(const struct quadrilateral *q, double x, double y, double blur_px,
+                        double margin[2])
 {
+    const double reach = fmax(MARGIN_PX, HALF_PX + TAIL * blur_px);
     double a[2], b[2], c[2];
     quad_at(q, x, y, a);
-    quad_at(q, x + MARGIN_PX, y, b);
-    quad_at(q, x, y + MARGIN_PX, c);
+    quad_at(q, x + reach, y, b);
+    quad_at(q, x, y + reach, c);
     margin[0] = fabs(b[0] - a[0]) + fabs(c[0] - a[0]);
     margin[1] = fabs(b[1] - a[1]) + fabs(c[1] - a[1]);
 }
@@ -122,13 +126,17 @@ static bool white_at(const struct tag_pattern *p, double s, double t)
            && p->cell[row][column] == CELL_WHITE;
 }
 
-/** Is it white at all corners of the margin around (s, t)? */
+/** Is it white all over the margin around (s, t)? Looked at in steps that no bit fits between. */
 static bool all_white(const struct tag_pattern *pattern, const double st[2], const double margin[2])
 {
-    for (int k = 0; k < 4; k++)
-        if (!white_at(pattern, st[0] + (k & 1 ? margin[0] : -margin[0]),
-                      st[1] + (k & 2 ? margin[1] : -margin[1])))
-            return false;
+    int steps[2];
+    for (int a = 0; a < 2; a++)
+        steps[a] = 1 + (int)(2 * margin[a] * pattern->side);
+    for (int j = 0; j <= steps[1]; j++)
+        for (int i = 0; i <= steps[0]; i++)
+            if (!white_at(pattern, st[0] + margin[0] * (2.0 * i / steps[0] - 1),
+                          st[1] + margin[1] * (2.0 * j / steps[1] - 1)))
+                return false;
     return true;
 }
 
@@ -151,7 +159,8 @@ static enum status paper_facets(struct facets *facets, const struct radiance *ma
     int range[4];
     quad_range(&q, map, 0.2, range);
     double margin[2];
-    quad_margin(&q, 0.5 * (q.box[0] + q.box[2]), 0.5 * (q.box[1] + q.box[3]), margin);
+    quad_margin(&q, 0.5 * (q.box[0] + q.box[2]), 0.5 * (q.box[1] + q.box[3]), c->view[v].blur_px,
+                margin);
     const struct lattice lattice = lattice_of(map, range);
     for (int y = range[1]; y <= range[3]; y++)
         for (int x = range[0]; x <= range[2] && cal_on_lattice(lattice, y); x++) {
@@ -233,7 +242,7 @@ static enum status patch_facets(struct facets *facets, const struct radiance *ma
             if (!cal_on_lattice(lattice, x))
                 continue;
             quad_at(&q, x, y, st);
-            quad_margin(&q, x, y, margin);
+            quad_margin(&q, x, y, view->blur_px, margin);
             if (st[0] < margin[0] || st[0] > 1 - margin[0] || st[1] < margin[1]
                 || st[1] > 1 - margin[1])
                 continue;
