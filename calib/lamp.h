@@ -18,10 +18,11 @@ vec3 cal_lamp_frame_direction(const struct lamp *lamp, pose view_from_world, vec
 enum status cal_lamp_start(struct calibration *calibration, int l, const struct facets *board,
                            struct error *err);
 
-/** How far light finds the sample's centre from where its outline has it. */
+enum { SAMPLE_SHIFTS = 4 };
+/** How far light finds a sphere's centre, and its radius, from what its outline says. */
 struct sample_shift {
-    double by[3], sigma[3];  // sigma: of the centre by outline and light together
-    double misfit;           // of ln radiance: how far the sample is off what the fit says
+    double by[SAMPLE_SHIFTS], sigma[SAMPLE_SHIFTS];  // sigma: by outline and light together
+    double misfit;  // of ln radiance: how far the sample is off what the fit says
 };
 
 /** A highlight seen in a view; sigma 0: there is none. */
@@ -40,8 +41,8 @@ struct lamp_evidence {
 };
 /** Place and intensity of all lamps, the power of all views and (without a flat frame) the
  *  vignetting, jointly. may_be_far: a lamp whose distance the facets do not determine is put at
- *  infinity. The sample's centre may move within its sigma_center: *shift (may be NULL) tells where
- *  to; the sample itself stays, so that fits can follow each other. */
+ *  infinity. A sphere's centre and radius may move within their sigmas: *shift (may be NULL) tells
+ *  where to; the sample itself stays, so that fits can follow each other. */
 enum status cal_lamp_fit(struct calibration *calibration, const struct capture *capture,
                          const struct lamp_evidence *evidence, bool may_be_far,
                          struct sample_shift *shift, struct error *err);

@@ -85,7 +85,7 @@ static void log_sample(const struct observation *o, const double *lobe, const do
                  derivative);
 }
 
-/** The observation of a sample whose centre is off by `shift` (world): what the same
+/** The observation of a sphere whose centre (world) and radius are off by `shift`: what the same
  * ray meets. */
 static struct observation moved(const struct observation *o, const double shift[SHIFTS])
 {
@@ -94,7 +94,7 @@ static struct observation moved(const struct observation *o, const double shift[
     for (int a = 0; a < 3; a++)
         by = vec3_add(by, vec3_scale(o->axis[a], shift[a]));
     vec3 from_center = vec3_sub(vec3_scale(o->normal, o->radius), by);
-    double b = -vec3_dot(from_center, o->to_eye), radius = o->radius;
+    double b = -vec3_dot(from_center, o->to_eye), radius = o->radius + shift[3];
     double under = b * b - vec3_dot(from_center, from_center) + radius * radius;
     double t = -b - sqrt(fmax(under, 0));
     m.point = vec3_sub(o->point, vec3_scale(o->to_eye, t));
@@ -114,15 +114,16 @@ static void log_moved(const struct observation *o, const double *lobe, const dou
         log_l[c] += geometry;
 }
 
-/** Its d / d shift [3][3], by central differences. */
+/** Its d / d shift [3][SHIFTS], by central differences. */
 static void sample_by_shift(const struct observation *o, const double *lobe, const double x[3],
                             const double *beam, const double shift[SHIFTS],
                             double by_shift[3][SHIFTS])
 {
     const double step = 1e-4 * o->radius;
     for (int a = 0; a < SHIFTS; a++) {
-        double high_at[SHIFTS] = {shift[0], shift[1], shift[2]}, high[3];
-        double low_at[SHIFTS] = {shift[0], shift[1], shift[2]}, low[3];
+        double high_at[SHIFTS], low_at[SHIFTS], high[3], low[3];
+        memcpy(high_at, shift, sizeof high_at);
+        memcpy(low_at, shift, sizeof low_at);
         high_at[a] += step;
         low_at[a] -= step;
         log_moved(o, lobe, x, beam, high_at, high);
@@ -237,17 +238,18 @@ bool cal_lamp_evaluate_highlight(const void *context, double const *const *block
     const struct observation *o = context;
     highlight_off(o, block[0], block[1], residual);
     const double step[2] = {1e-5, 1e-5 * o->radius};
+    const int size[2] = {3, SHIFTS};
     for (int b = 0; jacobian && b < 2; b++)
-        for (int a = 0; jacobian[b] && a < 3; a++) {
-            double at[2][3], high[2], low[2];
-            memcpy(at[0], block[0], sizeof at[0]);
+        for (int a = 0; jacobian[b] && a < size[b]; a++) {
+            double at[2][SHIFTS], high[2], low[2];
+            memcpy(at[0], block[0], 3 * sizeof(double));
             memcpy(at[1], block[1], sizeof at[1]);
             at[b][a] += step[b];
             highlight_off(o, at[0], at[1], high);
             at[b][a] -= 2 * step[b];
             highlight_off(o, at[0], at[1], low);
             for (int k = 0; k < 2; k++)
-                jacobian[b][3 * k + a] = (high[k] - low[k]) / (2 * step[b]);
+                jacobian[b][size[b] * k + a] = (high[k] - low[k]) / (2 * step[b]);
         }
     return true;
 }
@@ -264,12 +266,11 @@ bool cal_lamp_evaluate_zero_prior(const void *context, double const *const *bloc
                                   double **jacobian)
 {
     const struct observation *o = context;
-    int n =
-        o->kind == KIND_ECHO_PRIOR ? (int)ECHOES
-        : o->kind == KIND_SHAPE_PRIOR || o->kind == KIND_PLACE_PRIOR || o->kind == KIND_BEAM_PRIOR
-            ? 3
-        : o->kind == KIND_VIGNETTING_PRIOR ? 2
-                                           : 1;
+    int n = o->kind == KIND_ECHO_PRIOR                                  ? (int)ECHOES
+            : o->kind == KIND_SHAPE_PRIOR                               ? (int)SHIFTS
+            : o->kind == KIND_PLACE_PRIOR || o->kind == KIND_BEAM_PRIOR ? 3
+            : o->kind == KIND_VIGNETTING_PRIOR                          ? 2
+                                                                        : 1;
     for (int a = 0; a < n; a++) {
         residual[a] = block[0][a] / o->sigma[a];
         for (int b = 0; jacobian && jacobian[0] && b < n; b++)

@@ -42,7 +42,7 @@ struct observation {
     double sigma[ECHOES];               // of the channels; of a highlight's direction; of a prior
     int view, kind;
 };
-enum { SHIFTS = 3 };  // x, y, z
+enum { SHIFTS = SAMPLE_SHIFTS };  // of a sphere: x, y, z, radius
 enum {
     KIND_PATCH,
     KIND_PAPER,

@@ -302,7 +302,7 @@ static void add_priors(struct lamp_problem *p, const struct calibration *c)
         struct observation *o = &p->observation[p->terms];
         *o = (struct observation){.kind = KIND_SHAPE_PRIOR};
         for (int k = 0; k < SHIFTS; k++)
-            o->sigma[k] = fmax(c->sample.sigma_center[k], 1e-6);
+            o->sigma[k] = fmax(k < 3 ? c->sample.sigma_center[k] : c->sample.sigma_radius, 1e-6);
         add_term(p, cal_lamp_evaluate_zero_prior, SHIFTS, 0, 1, &p->at_shift);
     }
     for (int k = 0; k < 2; k++) {

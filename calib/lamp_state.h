@@ -18,7 +18,7 @@ struct lamp_state {
     double (*strength)[3];            // [lamps] by what ln intensity is more than the reference has
     double log_paper[3], lobe[LOBE_SIZE];
     double still[SHIFTS];  // 0: what does not move
-    double shift[SHIFTS];  // of the sample: centre, from where the outline has it
+    double shift[SHIFTS];  // of a sphere: centre, radius, from what its outline says
     // By what share the sample's light on the board, and the board's on the sample, is more than
     // predicted.
     double echo[ECHOES], lit[ECHOES];
@@ -39,7 +39,7 @@ bool lamp_state_start(struct lamp_state *s, const struct calibration *c,
 double lamp_mean_power(const struct lamp_state *s, const struct calibration *c, int lamp);
 
 /** A covariance of all unknowns: places [lamps][3], ln E [lamps][3], ln power [views], ..., and
- *  last the sample's centre [3]. */
+ *  last the sample's shift [SHIFTS]. */
 struct lamp_spread {
     double *covariance;  // [numbers][numbers]
     int numbers;

@@ -160,6 +160,8 @@ static void move_sample(struct sample *s, const struct sample_shift *shift)
 {
     s->center = vec3_add(s->center, (vec3){shift->by[0], shift->by[1], shift->by[2]});
     memcpy(s->sigma_center, shift->sigma, sizeof s->sigma_center);
+    s->radius += shift->by[3];
+    s->sigma_radius = s->sigma_radius > 0 ? shift->sigma[3] : 0;
 }
 
 /** First places of the lamps that nobody measured. */

@@ -198,6 +198,47 @@ static void test_glossy_ball_of_another_family(void **state)
     end_scene(&s);
 }
 
+/** The facets of a ball that is taken for another one: each ray meets that instead. */
+static void mistake_ball(struct scene *s, vec3 by, double wider)
+{
+    struct sample *ball = &s->calibration.sample;
+    ball->center = vec3_add(ball->center, by);
+    ball->radius += wider;
+    for (int i = 0; i < s->sample.count; i++) {
+        struct facet *f = &s->sample.facet[i];
+        vec3 eye = cal_eye(s->view[f->view].view_from_world);
+        vec3 d = vec3_normalize(vec3_sub(f->point, eye)), to = vec3_sub(ball->center, eye);
+        double along = vec3_dot(to, d);
+        double under = along * along - vec3_dot(to, to) + ball->radius * ball->radius;
+        f->point = vec3_add(eye, vec3_scale(d, along - sqrt(fmax(under, 0))));
+        f->normal = vec3_normalize(vec3_sub(f->point, ball->center));
+    }
+}
+
+static void test_a_ball_s_place_and_radius_are_told_by_its_light(void **state)
+{
+    (void)state;
+    struct scene s;
+    const double wrong[4] = {0.03, -0.04, 0.02, 0.05};
+    make_scene(&s, true, 0.0003);
+    mistake_ball(&s, (vec3){wrong[0], wrong[1], wrong[2]}, wrong[3]);
+    struct sample *ball = &s.calibration.sample;
+    for (int k = 0; k < 3; k++)
+        ball->sigma_center[k] = 0.1;
+    ball->sigma_radius = 0.1;
+    struct sample_shift shift;
+    const struct lamp_evidence evidence = {.board = &s.board, .sample = &s.sample, .doubt = 1};
+    for (int l = 0; l < 2; l++)
+        assert_int_equal(cal_lamp_start(&s.calibration, l, &s.board, NULL), STATUS_OK);
+    assert_int_equal(cal_lamp_fit(&s.calibration, &s.capture, &evidence, true, &shift, NULL),
+                     STATUS_OK);
+    for (int k = 0; k < 4; k++) {
+        assert_near(shift.by[k], -wrong[k], 0.01);
+        assert_true(shift.sigma[k] > 0 && shift.sigma[k] < 0.02);
+    }
+    end_scene(&s);
+}
+
 /** Paper and patch get more light than predicted, by shares that differ from channel to channel. */
 static void test_unknown_light_of_the_ball_is_found(void **state)
 {
@@ -386,6 +427,7 @@ int main(void)
         cmocka_unit_test(test_start_is_near),
         cmocka_unit_test(test_board_alone),
         cmocka_unit_test(test_glossy_ball_of_another_family),
+        cmocka_unit_test(test_a_ball_s_place_and_radius_are_told_by_its_light),
         cmocka_unit_test(test_unknown_light_of_the_ball_is_found),
         cmocka_unit_test(test_strength_from_elsewhere),
         cmocka_unit_test(test_a_beam_by_numbers),
