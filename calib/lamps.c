@@ -104,28 +104,42 @@ static enum status ask_all(struct facets *all, struct seen_highlight *highlight,
     return status;
 }
 
+/** The facets of patches that a lamp lights, and its photographs. */
+static int count_patches(const struct calibration *c, const struct facets *board, int lamp,
+                         int *views)
+{
+    int patches = 0;
+    *views = 0;
+    for (int v = 0; v < c->views; v++)
+        *views += c->view[v].light == lamp;
+    for (int i = 0; i < board->count; i++)
+        patches += c->view[board->facet[i].view].light == lamp
+                   && board->facet[i].material >= MATERIAL_PATCH;
+    return patches;
+}
+
+/** A patch tells how strong a lamp is. Where it does not see a patch, the paper does, and the
+ *  sample, which another lamp lights too that sees one. */
 static enum status check_patch(const struct calibration *c, const struct facets *board,
                                struct run *run, struct error *err)
 {
+    enum { HARDLY = 16 };
+    bool any = false;
     for (int l = 0; l < c->lamps; l++) {
-        int patches = 0, views = 0;
-        for (int v = 0; v < c->views; v++)
-            views += c->view[v].light == l;
-        for (int i = 0; i < board->count; i++)
-            patches += c->view[board->facet[i].view].light == l
-                       && board->facet[i].material >= MATERIAL_PATCH;
-        if (views && !patches)
-            return cap_fail(err, STATUS_DATA,
-                            "lamp %s: the white patch is lit and visible in none of its %d "
-                            "photographs, so its intensity cannot be told",
-                            c->lamp[l].name, views);
-        if (views && patches < 16)
+        int views, patches = count_patches(c, board, l, &views);
+        any = any || patches > 0;
+        if (views && patches < HARDLY)
             cap_warn(run,
-                     "lamp %s: the white patch is hardly seen in its photographs; its "
-                     "intensity rests on that",
-                     c->lamp[l].name);
+                     "lamp %s: the white patch is %s in its %d photographs; its intensity "
+                     "rests on %s",
+                     c->lamp[l].name, patches ? "hardly lit and seen" : "never lit and seen", views,
+                     patches ? "that" : "the paper, as the other lamps light it");
     }
-    return STATUS_OK;
+    return any ? STATUS_OK
+               : cap_fail(err, STATUS_DATA,
+                          "%s: the white patch is lit and visible in none of the photographs, so "
+                          "no lamp's intensity can be told",
+                          c->lamps == 1 ? c->lamp[0].name : "lamps");
 }
 
 /** One lamp for each light of the capture that has views; view->light becomes its index. */

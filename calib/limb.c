@@ -238,12 +238,15 @@ bool limb_step(const struct sector *s, double search, double *e, double *sigma)
     return best > 0.3;
 }
 
-/** How badly a lens fits a third of the sectors: ln of chi^2 for each, for the model is off by much
- *  more than noise in one and not in the next; a wild sector is as wild with any lens. */
+/** How badly a lens fits a third of the sectors, of many at most some 64: ln of chi^2 for each, for
+ *  the model is off by much more than noise in one and not in the next; a wild sector is as wild
+ *  with any lens. */
 static double misfit_of(const struct limb_lens *lens, const struct sector *sector, int count)
 {
+    enum { ENOUGH = 64 };
+    const int stride = count > 3 * ENOUGH ? count / ENOUGH : 3;
     double sum = 0;
-    for (int k = 0; k < count; k += 3) {
+    for (int k = 0; k < count; k += stride) {
         double least = DBL_MAX;
         if (sector[k].count > 4 * TERMS)
             for (double e = -SCAN_PX; e <= SCAN_PX; e += 0.25)

@@ -168,6 +168,7 @@ static void judge(struct fit *fit, struct fitting *t, const struct division *d, 
 static void tell(struct fit *fit, const struct fitting *t, const struct division *d)
 {
     rec_fit_to_model(&t->f, t->solver, fit->value);
+    rec_fit_confine(t->f.model, fit->value);
     rec_fit_covariance(&t->f, d->alls, t->solver, fit->covariance);
     for (int k = 0; k < t->f.size; k++)
         fit->sigma[k] = sqrt(fit->covariance[k * t->f.size + k]);

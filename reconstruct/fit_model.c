@@ -38,6 +38,13 @@ void rec_fit_to_model(const struct fit_model *f, const double *solver, double *m
         model[k] = f->logarithm[k] ? exp(solver[k]) : solver[k];
 }
 
+void rec_fit_confine(const struct model *kind, double *value)
+{
+    for (const struct parameter *p = kind->parameter; p->name; p++)
+        for (int c = 0; c < p->size; c++, value++)
+            *value = fmin(p->high, fmax(p->low, *value));
+}
+
 void rec_fit_to_solver(const struct fit_model *f, const double *model, double *solver)
 {
     for (int k = 0; k < f->size; k++) {

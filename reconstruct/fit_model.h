@@ -42,6 +42,8 @@ double rec_fit_cost(enum fit_cost cost, const double *r);
 double rec_fit_scale(enum fit_cost cost);
 /** The model's parameters from the solver's, and back. */
 void rec_fit_to_model(const struct fit_model *f, const double *solver, double *model);
+/** Into the ranges of a model's parameters: what a logarithm has rounded may lie just beside. */
+void rec_fit_confine(const struct model *model, double *value);
 void rec_fit_to_solver(const struct fit_model *f, const double *model, double *solver);
 /** Residuals r[3 or 6] at pick[i] and, where not NULL, slopes [3 or 6][size], by the model's own
  *  derivatives or by differences. The signature is struct least_squares'; context is a struct

@@ -106,9 +106,27 @@ static void test_two_lobes_look_like_a_metal(void **state)
     rec_brdf_free(&table);
 }
 
+// A logarithm that is rounded must not put a parameter beside its range: nobody could read the fit.
+static void test_rounding_keeps_the_ranges(void **state)
+{
+    (void)state;
+    const struct model *sgd = rec_model_find("sgd");
+    double value[MODEL_PARAMETERS_MAX];
+    int n = 0;
+    for (const struct parameter *p = sgd->parameter; p->name; p++)
+        for (int c = 0; c < p->size; c++)
+            value[n++] = c == 0 ? nextafter(p->low, -INFINITY) : nextafter(p->high, INFINITY);
+    rec_fit_confine(sgd, value);
+    n = 0;
+    for (const struct parameter *p = sgd->parameter; p->name; p++)
+        for (int c = 0; c < p->size; c++, n++)
+            assert_true(value[n] >= p->low && value[n] <= p->high);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_rounding_keeps_the_ranges),
         cmocka_unit_test(test_derivatives_are_those_of_the_residuals),
         cmocka_unit_test(test_bins_stand_for_lit_spheres),
         cmocka_unit_test(test_two_lobes_look_like_a_metal),
