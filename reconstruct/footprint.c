@@ -257,12 +257,28 @@ WIDE static void take_hits(struct strip *restrict s, const struct ray_ends *rest
         s->fate[i] = FATE_OUTLINE;
 }
 
+// The blocks of a span that may show the sample: all rays of a block lie within its length of the
+// one in its middle, and cos(a + b) >= cos a - b.
+static lane_span near_sample(const struct lens_row *lens, const struct viewing *v, lane_span span)
+{
+    bool near[LANES] = {0};
+    for (int begin = span.first; begin < span.end; begin += BLOCK) {
+        const int middle = begin + BLOCK / 2, last = begin + BLOCK - 1;
+        vec3 ray = {lens->at[0][middle], lens->at[1][middle], 1};
+        double dx = lens->at[0][last] - lens->at[0][begin];
+        double dy = lens->at[1][last] - lens->at[1][begin], length = sqrt(dx * dx + dy * dy);
+        near[begin] = vec3_dot(ray, v->to_sample) >= (v->cos_bound - length) * vec3_length(ray);
+    }
+    return rec_lanes_marked(near);
+}
+
 // The rays through the photosites' centres; false: none meets the sample.
 static bool begin(struct strip *s, struct pencil *p, struct ray_ends *center)
 {
     const double bend = 1 / p->v->sample->radius;
-    const lane_span ours = {s->from & -BLOCK, (s->to + BLOCK - 1) & -BLOCK};
     rec_lens_row(&p->lens, p->v->lens, s->x0, s->y);
+    const lane_span asked = {s->from & -BLOCK, (s->to + BLOCK - 1) & -BLOCK};
+    const lane_span ours = near_sample(&p->lens, p->v, asked);
     if (p->v->raster)
         rec_raster_patches(&p->mesh, p->v->raster, p->v, s->x0, s->y, ours);
     rec_trace(center, p, 0, 0, ours);

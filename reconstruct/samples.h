@@ -63,6 +63,8 @@ struct viewing {
     double margin;     // what is this near an edge is mixed with what is beyond, photosites
     int chroma[2];     // so many photosites across and down share their colour; 0 or 1: none
     double photosite;  // 1.5 photosites, in radians: how near a blocker's edge may be
+    vec3 to_sample;    // from the camera, in its frame, unit
+    double cos_bound;  // of the cone about it that holds the sample; -2: the eye is too near
     double light[3];   // intensity (or irradiance) times power
     double shake;      // 1 sigma of the ray at the sample from the pose, mm
     double dimming;    // 1 sigma of ln(light), besides lamp_spread's

@@ -36,6 +36,20 @@ static void spread_lamp(double spread[4][4], const struct lamp *lamp, const mat3
     }
 }
 
+// The radius of a ball about the sample's centre that holds all of it.
+static double bound_of(const struct sample *s)
+{
+    return s->shape == SHAPE_CYLINDER ? hypot(s->radius, s->height / 2) : s->radius;
+}
+
+static void find_cone(struct viewing *v)
+{
+    vec3 way = cal_to_view(v->view->view_from_world, v->sample->center);
+    double distance = vec3_length(way), sine = bound_of(v->sample) / distance;
+    v->to_sample = vec3_scale(way, 1 / distance);
+    v->cos_bound = sine < 1 ? sqrt(1 - sine * sine) : -2;
+}
+
 struct viewing rec_viewing(const struct calibration *calibration, int view,
                            const struct lens_table *lens, const struct board_extent *board)
 {
@@ -67,6 +81,7 @@ struct viewing rec_viewing(const struct calibration *calibration, int view,
         v.light[c] = lamp->intensity[c] * of->power;
     v.dimming = of->sigma_power / of->power;
     spread_lamp(v.lamp_spread, lamp, &v.view_from_world);
+    find_cone(&v);
     // The board holds the pose: a camera placed wrong sees the board right, and the sample off by
     // the parallax between the two, (its height) / (the camera's distance) of the camera's error.
     double height = fabs(calibration->sample.center.z);
@@ -135,7 +150,7 @@ pixel_box rec_sample_box(const struct viewing *v)
 {
     const struct sample *s = v->sample;
     const pixel_box image = {0, 0, v->camera->width, v->camera->height};
-    double bound = s->shape == SHAPE_CYLINDER ? hypot(s->radius, s->height / 2) : s->radius;
+    double bound = bound_of(s);
     vec3 to_center = vec3_sub(s->center, v->eye);
     double distance = vec3_length(to_center);
     if (distance <= bound)
