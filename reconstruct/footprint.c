@@ -19,8 +19,8 @@
 
 /** What of the strip needs a closer look; 1 or 0 a lane. */
 struct looks {
-    double edge[LANES], wide[LANES], shadowed[LANES];
-    double rim[LANES], dusk[LANES];  // within a photosite of the outline, of the terminator
+    float edge[LANES], wide[LANES], dark[LANES], shadowed[LANES];
+    float rim[LANES], dusk[LANES];  // within a photosite of the outline (or off), of the terminator
 };
 
 // How far the normal turns from one photosite to the next: at the middle of the sample's face it is
@@ -37,7 +37,7 @@ WIDE static void take_centers(struct strip *restrict s, struct looks *restrict l
         double x = e->m.point.x[i] - eye.x, y = e->m.point.y[i] - eye.y;
         double z = e->m.point.z[i] - eye.z;
         double across = lens->by_u[0][i] * lens->by_u[0][i] + lens->by_u[1][i] * lens->by_u[1][i];
-        double turn = s->curvature[i] * square;
+        double turn = (double)s->curvature[i] * square;
         double step2 = turn * turn * ((x * x + y * y + z * z) * across);
         double cos_i = e->cos_i[i];
         double cos_o = -(e->ray.x[i] * e->m.normal.x[i] + e->ray.y[i] * e->m.normal.y[i]
@@ -45,25 +45,27 @@ WIDE static void take_centers(struct strip *restrict s, struct looks *restrict l
         double both = cos_i * cos_o, cos2_o = cos_o * cos_o, reach2 = near * near * step2;
         bool edge = (cos2_o * cos2_o <= reach2) | (both * both <= reach2) | !(cos_o > 0);
         bool fine = (step2 < narrow * narrow * both * both) & (both > 0);
-        look->edge[i] = edge ? 1 : 0;
-        look->wide[i] = fine ? 0 : 1;
-        look->rim[i] = look->dusk[i] = look->shadowed[i] = 0;
+        look->edge[i] = edge ? 1.0F : 0;
+        look->wide[i] = fine ? 0 : 1.0F;
+        look->rim[i] = e->m.hit[i] > 0 ? 0 : 1.0F;
+        look->dark[i] = cos_i > 0 ? 0 : 1.0F;
+        look->dusk[i] = look->shadowed[i] = 0;
         // Towards the eye 1/cos_o^2 times as much as across (but 100): the mean, h lies anywhere.
-        s->spread[0][i] = s->spread[1][i] = step2 / 24 * (1 + 1 / (cos2_o + 0.01));
-        s->wo.x[i] = -e->ray.x[i];
-        s->wo.y[i] = -e->ray.y[i];
-        s->wo.z[i] = -e->ray.z[i];
+        s->spread[0][i] = s->spread[1][i] = (float)(step2 / 24 * (1 + 1 / (cos2_o + 0.01)));
+        s->wo.x[i] = (float)-e->ray.x[i];
+        s->wo.y[i] = (float)-e->ray.y[i];
+        s->wo.z[i] = (float)-e->ray.z[i];
         s->point.x[i] = e->m.point.x[i];
         s->point.y[i] = e->m.point.y[i];
         s->point.z[i] = e->m.point.z[i];
-        s->normal.x[i] = e->m.normal.x[i];
-        s->normal.y[i] = e->m.normal.y[i];
-        s->normal.z[i] = e->m.normal.z[i];
-        s->wi.x[i] = e->wi.x[i];
-        s->wi.y[i] = e->wi.y[i];
-        s->wi.z[i] = e->wi.z[i];
-        s->distance[i] = e->distance[i];
-        s->irradiance[i] = e->irradiance[i];
+        s->normal.x[i] = (float)e->m.normal.x[i];
+        s->normal.y[i] = (float)e->m.normal.y[i];
+        s->normal.z[i] = (float)e->m.normal.z[i];
+        s->wi.x[i] = (float)e->wi.x[i];
+        s->wi.y[i] = (float)e->wi.y[i];
+        s->wi.z[i] = (float)e->wi.z[i];
+        s->distance[i] = (float)e->distance[i];
+        s->irradiance[i] = (float)e->irradiance[i];
     }
 }
 
@@ -99,9 +101,11 @@ static void look_around_mesh(struct looks *look, const struct pencil *p, struct 
 {
     static const double corner[4][2] = {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
     struct ray_ends e;
-    memcpy(look->shadowed, p->mesh.shadowed, sizeof look->shadowed);
-    memcpy(look->rim, p->mesh.rim, sizeof look->rim);
-    memcpy(look->dusk, p->mesh.dusk, sizeof look->dusk);
+    FOR_LANES (i, span) {
+        look->shadowed[i] = (float)p->mesh.shadowed[i];
+        look->rim[i] += (float)p->mesh.rim[i];
+        look->dusk[i] = (float)p->mesh.dusk[i];
+    }
     for (int k = 0; k < 4; k++) {
         double x = corner[k][0], y = corner[k][1];
         rec_trace(&e, p, x * (x < 0 ? reach.before[0] : reach.after[0]),
@@ -130,15 +134,14 @@ static void look_at_edges(struct looks *look, const struct pencil *p, const stru
     }
 }
 
-WIDE static void take_fates(struct strip *restrict s, const struct looks *restrict look,
-                            const struct ray_ends *restrict center)
+WIDE static void take_fates(struct strip *restrict s, const struct looks *restrict look)
 {
     FOR_LANES (i, s->use) {
         enum fate fate = look->dusk[i] > 0 ? FATE_TERMINATOR : FATE_USED;
         fate = look->shadowed[i] > 0 ? FATE_SHADOWED : fate;
-        fate = center->cos_i[i] > 0 ? fate : FATE_DARK;
-        s->fate[i] = (s->hit[i] & !(look->rim[i] > 0)) ? fate : FATE_OUTLINE;
-        s->inner[i] = !(look->edge[i] > 0);
+        fate = look->dark[i] > 0 ? FATE_DARK : fate;
+        s->fate[i] = look->rim[i] > 0 ? FATE_OUTLINE : fate;
+        s->inner[i] = 1 - look->edge[i];
     }
 }
 
@@ -194,8 +197,8 @@ static inline double moment_along(const struct means *m, int i, double x, double
 
 // The strip's directions and irradiance from the sums, in the lanes that are wide. Spreads are
 // taken in the plane in which n tilts towards h, and across it; in any two where n is h.
-WIDE static void take_means(struct strip *s, const struct means *m, const double *wide,
-                            lane_span span)
+WIDE static void take_means(struct strip *restrict s, const struct means *restrict m,
+                            const float *restrict wide, lane_span span)
 {
     FOR_LANES (i, span) {
         bool take = wide[i] > 0;
@@ -213,22 +216,22 @@ WIDE static void take_means(struct strip *s, const struct means *m, const double
         z *= scale;
         double towards = moment_along(m, i, x, y, z);
         double across = moment_along(m, i, ny * z - nz * y, nz * x - nx * z, nx * y - ny * x);
-        s->spread[0][i] = take ? towards : s->spread[0][i];
-        s->spread[1][i] = take ? across : s->spread[1][i];
-        s->irradiance[i] = take ? m->w[i] : s->irradiance[i];
-        s->normal.x[i] = take ? nx : s->normal.x[i];
-        s->normal.y[i] = take ? ny : s->normal.y[i];
-        s->normal.z[i] = take ? nz : s->normal.z[i];
-        s->wi.x[i] = take ? m->wi.x[i] : s->wi.x[i];
-        s->wi.y[i] = take ? m->wi.y[i] : s->wi.y[i];
-        s->wi.z[i] = take ? m->wi.z[i] : s->wi.z[i];
-        s->wo.x[i] = take ? m->wo.x[i] : s->wo.x[i];
-        s->wo.y[i] = take ? m->wo.y[i] : s->wo.y[i];
-        s->wo.z[i] = take ? m->wo.z[i] : s->wo.z[i];
+        s->spread[0][i] = take ? (float)towards : s->spread[0][i];
+        s->spread[1][i] = take ? (float)across : s->spread[1][i];
+        s->irradiance[i] = take ? (float)m->w[i] : s->irradiance[i];
+        s->normal.x[i] = take ? (float)nx : s->normal.x[i];
+        s->normal.y[i] = take ? (float)ny : s->normal.y[i];
+        s->normal.z[i] = take ? (float)nz : s->normal.z[i];
+        s->wi.x[i] = take ? (float)m->wi.x[i] : s->wi.x[i];
+        s->wi.y[i] = take ? (float)m->wi.y[i] : s->wi.y[i];
+        s->wi.z[i] = take ? (float)m->wi.z[i] : s->wi.z[i];
+        s->wo.x[i] = take ? (float)m->wo.x[i] : s->wo.x[i];
+        s->wo.y[i] = take ? (float)m->wo.y[i] : s->wo.y[i];
+        s->wo.z[i] = take ? (float)m->wo.z[i] : s->wo.z[i];
     }
 }
 
-static void average(struct strip *s, const struct pencil *p, const double *wide, lane_span span)
+static void average(struct strip *s, const struct pencil *p, const float *wide, lane_span span)
 {
     static const double place[3] = {-0.38729833462074169, 0, 0.38729833462074169};  // sqrt(0.15)
     static const double weight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
@@ -245,29 +248,34 @@ static void average(struct strip *s, const struct pencil *p, const double *wide,
     take_means(s, &sum, wide, span);
 }
 
-// Lanes whose centre meets the sample, of those that are the strip's business.
-WIDE static void take_hits(struct strip *restrict s, const struct ray_ends *restrict center,
+// Lanes whose centre meets the sample, of those that are the strip's business: no others do.
+WIDE static void take_hits(struct strip *restrict s, struct ray_ends *restrict center,
                            lane_span ours)
 {
-    const int from = s->from, to = s->to;
-    memset(s->hit, 0, sizeof s->hit);
-    FOR_LANES (i, ours)
-        s->hit[i] = (i >= from) & (i < to) & (center->m.hit[i] > 0);
-    for (int i = 0; i < LANES; i++)
+    for (int i = 0; i < LANES; i++) {
+        s->hit[i] = 0;
         s->fate[i] = FATE_OUTLINE;
+    }
+    for (int i = ours.first; i < s->from; i++)
+        center->m.hit[i] = 0;
+    for (int i = s->to; i < ours.end; i++)
+        center->m.hit[i] = 0;
+    FOR_LANES (i, ours)
+        s->hit[i] = (float)center->m.hit[i];
 }
 
 // The blocks of a span that may show the sample: all rays of a block lie within its length of the
 // one in its middle, and cos(a + b) >= cos a - b.
 static lane_span near_sample(const struct lens_row *lens, const struct viewing *v, lane_span span)
 {
-    bool near[LANES] = {0};
+    float near[LANES] = {0};
     for (int begin = span.first; begin < span.end; begin += BLOCK) {
         const int middle = begin + BLOCK / 2, last = begin + BLOCK - 1;
         vec3 ray = {lens->at[0][middle], lens->at[1][middle], 1};
         double dx = lens->at[0][last] - lens->at[0][begin];
         double dy = lens->at[1][last] - lens->at[1][begin], length = sqrt(dx * dx + dy * dy);
-        near[begin] = vec3_dot(ray, v->to_sample) >= (v->cos_bound - length) * vec3_length(ray);
+        bool may = vec3_dot(ray, v->to_sample) >= (v->cos_bound - length) * vec3_length(ray);
+        near[begin] = may ? 1 : 0;
     }
     return rec_lanes_marked(near);
 }
@@ -275,7 +283,7 @@ static lane_span near_sample(const struct lens_row *lens, const struct viewing *
 // The rays through the photosites' centres; false: none meets the sample.
 static bool begin(struct strip *s, struct pencil *p, struct ray_ends *center)
 {
-    const double bend = 1 / p->v->sample->radius;
+    const float bend = (float)(1 / p->v->sample->radius);
     rec_lens_row(&p->lens, p->v->lens, s->x0, s->y);
     const lane_span asked = {s->from & -BLOCK, (s->to + BLOCK - 1) & -BLOCK};
     const lane_span ours = near_sample(&p->lens, p->v, asked);
@@ -285,7 +293,7 @@ static bool begin(struct strip *s, struct pencil *p, struct ray_ends *center)
     take_hits(s, center, ours);
     s->use = rec_lanes_marked(s->hit);
     FOR_LANES (i, s->use)
-        s->curvature[i] = p->v->raster ? p->mesh.curvature[i] : bend;
+        s->curvature[i] = p->v->raster ? (float)p->mesh.curvature[i] : bend;
     return s->use.end > 0;
 }
 
@@ -295,33 +303,32 @@ static void take_disc(struct strip *s, const struct viewing *v, const double *co
     const double radius = v->lamp->radius;
     memset(s->disc, 0, sizeof s->disc);
     for (int i = s->use.first; i < s->use.end && radius > 0; i++) {
-        double sine = radius / s->distance[i];
-        s->disc[i] = sine * sine / 4;
+        double sine = radius / (double)s->distance[i];
+        s->disc[i] = (float)(sine * sine / 4);
         if (s->fate[i] == FATE_USED && cos_i[i] < sine)
             s->fate[i] = FATE_TERMINATOR;
     }
 }
 
 // Lanes whose photosites' edges need a look: all of a cylinder, whose ends come without warning.
-WIDE static lane_span edges(const struct strip *s, const struct viewing *v,
-                            const struct looks *look)
+WIDE static lane_span edges(const struct strip *restrict s, const struct viewing *v,
+                            const struct looks *restrict look)
 {
-    bool need[LANES] = {0};
+    float need[LANES] = {0};
     if (v->raster || v->sample->shape == SHAPE_CYLINDER)
         return s->use;
     FOR_LANES (i, s->use)
-        need[i] = s->hit[i] & (look->edge[i] > 0);
+        need[i] = look->edge[i] * s->hit[i];
     return rec_lanes_marked(need);
 }
 
 // The lit lanes whose photosites are wide; the others are so no more.
 WIDE static lane_span wide_lanes(const struct strip *restrict s, struct looks *restrict look)
 {
-    bool wide[LANES] = {0};
+    float wide[LANES] = {0};
     FOR_LANES (i, s->use) {
         bool lit = (s->fate[i] == FATE_USED) | (s->fate[i] == FATE_TERMINATOR);
-        wide[i] = lit & (look->wide[i] > 0);
-        look->wide[i] = wide[i] ? 1 : 0;
+        wide[i] = look->wide[i] = lit ? look->wide[i] : 0;
     }
     return rec_lanes_marked(wide);
 }
@@ -331,8 +338,8 @@ static void find_turned(struct strip *s, lane_span span)
 {
     FOR_LANES (i, span)
         if (s->fate[i] == FATE_USED
-            && (vec3_dot(rec_lane(&s->normal, i), rec_lane(&s->wi, i)) <= 0
-                || vec3_dot(rec_lane(&s->normal, i), rec_lane(&s->wo, i)) <= 0))
+            && (vec3_dot(rec_lane_wide(&s->normal, i), rec_lane_wide(&s->wi, i)) <= 0
+                || vec3_dot(rec_lane_wide(&s->normal, i), rec_lane_wide(&s->wo, i)) <= 0))
             s->fate[i] = FATE_TERMINATOR;
 }
 
@@ -340,7 +347,7 @@ void rec_strip_footprints(struct strip *s, const struct viewing *v)
 {
     struct pencil p;
     struct ray_ends center;
-    struct looks look = {0};
+    struct looks look;
     p.v = v;
     if (!begin(s, &p, &center))
         return;
@@ -348,7 +355,7 @@ void rec_strip_footprints(struct strip *s, const struct viewing *v)
     lane_span closer = edges(s, v, &look);
     if (closer.end > 0)
         look_at_edges(&look, &p, s, closer);
-    take_fates(s, &look, &center);
+    take_fates(s, &look);
     take_disc(s, v, center.cos_i);
     lane_span wide = wide_lanes(s, &look);
     if (wide.end > 0) {

@@ -113,7 +113,7 @@ static enum status look_closer(const struct strip *s, struct shot_residuals *res
 static void count_fates(struct census *census, const struct strip *s)
 {
     for (int i = 0; i < LANES; i++) {
-        census->photosites[s->fate[i]] += s->hit[i];
+        census->photosites[s->fate[i]] += s->hit[i] > 0;
         if (s->fate[i] != FATE_USED)
             continue;
         double sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];

@@ -23,14 +23,14 @@ static const lane_span ALL_LANES = {0, LANES};
 #define FOR_LANES(i, span)                                                                         \
     for (int i = (span).first & -BLOCK, i##_end = (span).end & -BLOCK; i < i##_end; i++)
 
-/** The shortest span of the lanes that are marked; {0, 0}: none is. */
-static inline lane_span rec_lanes_marked(const bool marked[LANES])
+/** The shortest span of the lanes that are marked, 1 or 0; {0, 0}: none is. */
+static inline lane_span rec_lanes_marked(const float marked[LANES])
 {
     lane_span span = {LANES, 0};
     for (int begin = 0; begin < LANES; begin += BLOCK) {
-        bool any = false;
+        int any = 0;
         for (int i = begin; i < begin + BLOCK; i++)
-            any |= marked[i];
+            any |= marked[i] > 0;
         span.first = any && begin < span.first ? begin : span.first;
         span.end = any ? begin + BLOCK : span.end;
     }
@@ -42,6 +42,21 @@ typedef struct {
     double x[LANES], y[LANES], z[LANES];
 } vec3_lanes;
 
+/** The same of half the width: directions to 1e-7, where no small difference is taken of them. */
+typedef struct {
+    float x[LANES], y[LANES], z[LANES];
+} vec3f_lanes;
+
+static inline vec3 rec_lane_wide(const vec3f_lanes *v, int i)
+{
+    return (vec3){(double)v->x[i], (double)v->y[i], (double)v->z[i]};
+}
+static inline void rec_lane_narrow(vec3f_lanes *v, int i, vec3 a)
+{
+    v->x[i] = (float)a.x;
+    v->y[i] = (float)a.y;
+    v->z[i] = (float)a.z;
+}
 static inline vec3 rec_lane(const vec3_lanes *v, int i)
 {
     return (vec3){v->x[i], v->y[i], v->z[i]};

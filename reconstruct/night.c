@@ -40,8 +40,9 @@ static void add_place(struct shot_night *shot, const struct strip *s, int i,
 {
     size_t at = 3 * ((size_t)s->y * (size_t)map->width + (size_t)(s->x0 + i)) + GREEN;
     double value = (double)map->value[at], distance = s->distance[i];
-    const sight a = {rec_lane(&s->point, i), rec_lane(&s->normal, i), rec_lane(&s->wo, i)};
-    enum night_zone zone = zone_of(vec3_dot(a.normal, rec_lane(&s->wi, i)));
+    const sight a = {rec_lane(&s->point, i), rec_lane_wide(&s->normal, i),
+                     rec_lane_wide(&s->wo, i)};
+    enum night_zone zone = zone_of(vec3_dot(a.normal, rec_lane_wide(&s->wi, i)));
     bool tells = fabs(value) <= (double)FLT_MAX && (double)map->variance[at] <= (double)FLT_MAX;
     if (zone == NIGHT_ZONES || !tells || shot->count[zone] >= ROOM || rec_occluded(v, a.point))
         return;
@@ -64,7 +65,7 @@ enum status rec_night_add(struct shot_night *shot, const struct strip *s, const 
     if ((s->y - box.y0) % step > 0)
         return STATUS_OK;
     for (int i = s->from; i < s->to; i++) {
-        bool ours = (s->x0 + i - box.x0 + phase) % step == 0 && s->hit[i] && s->inner[i]
+        bool ours = (s->x0 + i - box.x0 + phase) % step == 0 && s->hit[i] > 0 && s->inner[i] > 0
                     && s->fate[i] == FATE_DARK;
         bool green = !*map->cfa || cap_radiance_channel(map, s->x0 + i, s->y) == GREEN;
         if (!ours || !green)

@@ -51,15 +51,16 @@ static void predict_lane(double radiance[3], const struct predicting *p, const s
     const struct viewing *v = &p->viewing;
     const double pixel[2] = {s->x0 + i, s->y};
     const double left = cal_vignetting(v->camera, pixel);
-    vec3 n = rec_lane(&s->normal, i), x, y;
+    vec3 n = rec_lane_wide(&s->normal, i), x, y;
     double f[3] = {0};
     struct bounced_light bounced = {{0}, 0};
     tangents(n, &x, &y);
-    vec3 wi = local(rec_lane(&s->wi, i), n, x, y), wo = local(rec_lane(&s->wo, i), n, x, y);
+    vec3 wi = local(rec_lane_wide(&s->wi, i), n, x, y),
+         wo = local(rec_lane_wide(&s->wo, i), n, x, y);
     bool lit = s->fate[i] == FATE_USED || s->fate[i] == FATE_TERMINATOR;
     if (lit && s->irradiance[i] > 0)
         rec_brdf_eval(p->of->brdf, wi, wo, f);
-    const sight at = {rec_lane(&s->point, i), n, rec_lane(&s->wo, i)};
+    const sight at = {rec_lane(&s->point, i), n, rec_lane_wide(&s->wo, i)};
     if (v->bounce && wo.z > 0)
         bounced = rec_bounce_at(v->bounce, &at, s->x0 + i, s->y);
     for (int c = 0; c < 3; c++)
@@ -69,7 +70,7 @@ static void predict_lane(double radiance[3], const struct predicting *p, const s
 
 static bool shows_sample(const struct strip *s, int i)
 {
-    return s->hit[i] && s->fate[i] != FATE_OUTLINE && s->fate[i] != FATE_OCCLUDED;
+    return s->hit[i] > 0 && s->fate[i] != FATE_OUTLINE && s->fate[i] != FATE_OCCLUDED;
 }
 
 static void add_lane(struct predicting *p, const struct strip *s, int i)

@@ -20,9 +20,9 @@ static inline vec3f narrow(vec3 a)
     return (vec3f){(float)a.x, (float)a.y, (float)a.z};
 }
 
-static inline vec3f lane(const vec3_lanes *v, int i)
+static inline vec3f lane(const vec3f_lanes *v, int i)
 {
-    return (vec3f){(float)v->x[i], (float)v->y[i], (float)v->z[i]};
+    return (vec3f){v->x[i], v->y[i], v->z[i]};
 }
 
 static inline float dot(vec3f a, vec3f b)
@@ -168,7 +168,7 @@ static inline look look_of(const struct strip *strip, int i)
     look at = {.n = lane(&strip->normal, i),
                .wi = lane(&strip->wi, i),
                .d = times(-1, lane(&strip->wo, i)),
-               .curvature = (float)strip->curvature[i]};
+               .curvature = strip->curvature[i]};
     at.per_n_d = 1 / dot(at.n, at.d);
     return at;
 }
@@ -178,9 +178,9 @@ WIDE static void take_errors(struct strip *strip, const struct shared_sigmas *sh
     const struct shared_sigmas s = *shared;
     FOR_LANES (i, strip->use) {
         look at = look_of(strip, i);
-        float near = 1 / (float)strip->distance[i];
-        strip->systematic[i] = (double)sqrtf(systematic_variance(&s, &at, near));
-        strip->tilt[i] = (double)sqrtf(tilt_variance(&s, &at, near));
+        float near = 1 / strip->distance[i];
+        strip->systematic[i] = sqrtf(systematic_variance(&s, &at, near));
+        strip->tilt[i] = sqrtf(tilt_variance(&s, &at, near));
     }
 }
 
@@ -196,12 +196,12 @@ WIDE static void add_turns(struct strip *strip, const struct shared_sigmas *shar
     const struct shared_sigmas s = *shared;
     FOR_LANES (i, strip->use) {
         look at = look_of(strip, i);
-        vec3f arm = plus(lane(&strip->point, i), -1, s.middle);
+        vec3f arm = plus(narrow(rec_lane(&strip->point, i)), -1, s.middle);
         vec3f by_cosine = times(1 / dot(at.n, at.wi), at.wi);
-        double more = (double)turn_variance(&s, &at, by_cosine, arm);
-        double tilt = (double)turn_variance(&s, &at, tangent_of(&at), arm);
-        strip->systematic[i] = sqrt(strip->systematic[i] * strip->systematic[i] + more);
-        strip->tilt[i] = sqrt(strip->tilt[i] * strip->tilt[i] + tilt);
+        float more = turn_variance(&s, &at, by_cosine, arm);
+        float tilt = turn_variance(&s, &at, tangent_of(&at), arm);
+        strip->systematic[i] = sqrtf(strip->systematic[i] * strip->systematic[i] + more);
+        strip->tilt[i] = sqrtf(strip->tilt[i] * strip->tilt[i] + tilt);
     }
 }
 

@@ -59,60 +59,71 @@ void rec_strip_block(struct strip *s, const struct viewing *v)
             s->fate[i] = blocked(v, rec_lane(&s->point, i));
 }
 
-/** Sums over columns of three photosites in all channels: [1 + i] is lane i's. Photosites that were
- *  saturated in all frames, and the other channels of a mosaic, have nothing to tell. */
+/** Sums over three rows of the map, [3 + 3 i + c] is channel c of lane i; and of these over
+ * channels, [1 + i] is lane i's. Photosites that were saturated in all frames, and the other
+ * channels of a mosaic, have nothing to tell. */
+struct rows {
+    float value[3 * (LANES + 2)], variance[3 * (LANES + 2)], count[3 * (LANES + 2)];
+};
 struct columns {
     float value[LANES + 2], variance[LANES + 2], count[LANES + 2];
 };
 
-static inline void add_pixel(struct columns *to, const float *value, const float *variance, int i)
+// `count` numbers, the first of which goes to [first].
+WIDE static void add_row(struct rows *restrict to, const float *restrict value,
+                         const float *restrict variance, int first, int count)
 {
-    for (int c = 0; c < 3; c++) {
-        float x = value[3 * i + c], v = variance[3 * i + c];
+    for (int k = 0; k < count; k++) {
+        float x = value[k], v = variance[k];
         bool tells = (x <= FLT_MAX) & (x >= -FLT_MAX) & (v <= FLT_MAX);
-        to->value[1 + i] += tells ? x : 0;
-        to->variance[1 + i] += tells ? v : 0;
-        to->count[1 + i] += tells ? 1 : 0;
+        to->value[first + k] += tells ? x : 0;
+        to->variance[first + k] += tells ? v : 0;
+        to->count[first + k] += tells ? 1 : 0;
     }
 }
 
-WIDE static void add_pixels(struct columns *restrict to, const float *restrict value,
-                            const float *restrict variance, lane_span span)
+WIDE static void add_channels(struct columns *restrict to, const struct rows *restrict from,
+                              int first, int end)
 {
-    FOR_LANES (i, span)
-        add_pixel(to, value, variance, i);
+    for (int i = first; i < end; i++) {
+        to->value[i] = from->value[3 * i] + from->value[3 * i + 1] + from->value[3 * i + 2];
+        to->variance[i] =
+            from->variance[3 * i] + from->variance[3 * i + 1] + from->variance[3 * i + 2];
+        to->count[i] = from->count[3 * i] + from->count[3 * i + 1] + from->count[3 * i + 2];
+    }
 }
 
-// A row of the map: lanes in use, and one more each way.
-static void add_row(struct columns *to, const struct strip *s, const struct radiance *map, int y)
+// Lanes in use, and one more each way, as far as there are.
+static void look_about(struct columns *around, const struct strip *s, const struct radiance *map)
 {
-    const size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)s->x0);
-    const float *value = map->value + at, *variance = map->variance + at;
-    const lane_span whole = rec_strip_whole(s, map);
-    const int left = map->width - s->x0, end = s->use.end + 1 < left ? s->use.end + 1 : left;
-    if (s->x0 + s->use.first > 0)
-        add_pixel(to, value, variance, s->use.first - 1);
-    add_pixels(to, value, variance, whole);
-    for (int i = whole.end; i < end; i++)
-        add_pixel(to, value, variance, i);
+    const int first = s->use.first, end = s->use.end + 2, left = s->x0 + first - 1;
+    const int x0 = left > 0 ? left : 0, x1 = s->x0 + end - 1;
+    const int count = 3 * ((x1 < map->width ? x1 : map->width) - x0);
+    struct rows rows;
+    for (int k = 3 * first; k < 3 * end; k++)
+        rows.value[k] = rows.variance[k] = rows.count[k] = 0;
+    for (int y = s->y > 0 ? s->y - 1 : 0; y <= s->y + 1 && y < map->height; y++) {
+        const size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)x0);
+        add_row(&rows, map->value + at, map->variance + at, 3 * (x0 - s->x0 + 1), count);
+    }
+    add_channels(around, &rows, first, end);
 }
 
 // Noise of each photosite's surroundings relative to their radiance, squared: what its own is
 // expected to be. Weights are of it, so that they are no function of the photosite's own noise:
 // inverse variances in units of the best that counts. No sample is trusted beyond 0.1 %; weights
 // lie in (0, 1] and a bin's fixed-point sums cannot overflow.
-WIDE static void weigh(struct strip *s, const struct columns *around)
+WIDE static void weigh(struct strip *restrict s, const struct columns *restrict around)
 {
-    const double best = 1e-6, worst = 1e4;
+    const float best = 1e-6F, worst = 1e4F;
     FOR_LANES (i, s->use) {
-        double value = (double)(around->value[i] + around->value[i + 1] + around->value[i + 2]);
-        double variance =
-            (double)(around->variance[i] + around->variance[i + 1] + around->variance[i + 2]);
-        double count = (double)(around->count[i] + around->count[i + 1] + around->count[i + 2]);
-        double noise = value > 0 ? variance * count / (value * value) : 1;
-        double sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];
-        double bounced = s->channel[i] < 0 ? sum / 3 : sum, doubt = s->doubt[i] * bounced;
-        double total = noise + s->systematic[i] * s->systematic[i] + doubt * doubt;
+        float value = around->value[i] + around->value[i + 1] + around->value[i + 2];
+        float variance = around->variance[i] + around->variance[i + 1] + around->variance[i + 2];
+        float count = around->count[i] + around->count[i + 1] + around->count[i + 2];
+        float noise = value > 0 ? variance * count / (value * value) : 1;
+        float sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];
+        float bounced = s->channel[i] < 0 ? sum / 3 : sum, doubt = s->doubt[i] * bounced;
+        float total = noise + s->systematic[i] * s->systematic[i] + doubt * doubt;
         total = total < best ? best : total;
         s->weight[i] = best / (total < worst ? total : worst);
     }
@@ -121,11 +132,11 @@ WIDE static void weigh(struct strip *s, const struct columns *around)
 // The board's light errs by as much at all photosites: a shared error of f.
 WIDE static void share_bounced(struct strip *s, double bounce_sigma)
 {
-    const double some = bounce_sigma * bounce_sigma;
+    const float some = (float)(bounce_sigma * bounce_sigma);
     FOR_LANES (i, s->use) {
-        double sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];
-        double bounced = s->channel[i] < 0 ? sum / 3 : sum, own = s->systematic[i];
-        s->systematic[i] = sqrt(own * own + some * bounced * bounced);
+        float sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];
+        float bounced = s->channel[i] < 0 ? sum / 3 : sum, own = s->systematic[i];
+        s->systematic[i] = sqrtf(own * own + some * bounced * bounced);
     }
 }
 
@@ -134,11 +145,12 @@ WIDE static void share_bounced(struct strip *s, double bounce_sigma)
 // light as a whole, not on what a mirror shows: of caution, they take nothing.
 static void find_bounced(struct strip *s, double caution)
 {
-    const double most = 0.3;  // 1 sigma of f by the subtraction alone
+    const float most = 0.3F,
+                shared = (float)(caution * caution);  // 1 sigma of f by the subtraction alone
     FOR_LANES (i, s->use) {
-        double sigma2 = caution * caution + s->doubt[i] * s->doubt[i];
-        double sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];
-        double bounced = s->channel[i] < 0 ? sum / 3 : sum;
+        float sigma2 = shared + s->doubt[i] * s->doubt[i];
+        float sum = s->bounced[0][i] + s->bounced[1][i] + s->bounced[2][i];
+        float bounced = s->channel[i] < 0 ? sum / 3 : sum;
         if (s->fate[i] == FATE_USED && sigma2 * bounced * bounced > most * most)
             s->fate[i] = FATE_BOUNCED;
     }
@@ -146,9 +158,8 @@ static void find_bounced(struct strip *s, double caution)
 
 static void weigh_strip(struct strip *s, const struct viewing *v, const struct radiance *map)
 {
-    struct columns around = {0};
-    for (int y = s->y > 0 ? s->y - 1 : 0; y <= s->y + 1 && y < map->height; y++)
-        add_row(&around, s, map, y);
+    struct columns around;
+    look_about(&around, s, map);
     if (v->bounce)
         share_bounced(s, v->bounce_sigma);
     weigh(s, &around);
@@ -157,9 +168,10 @@ static void weigh_strip(struct strip *s, const struct viewing *v, const struct r
 // Photosites too far from what the neighbours of their bins say.
 static void find_strays(struct strip *s, const struct consensus *consensus)
 {
-    FOR_LANES (i, s->use) {
+    s->compared = consensus != NULL;
+    for (int i = s->use.first; i < s->use.end && consensus; i++) {
         s->unlike[i] = (comparison){.residual = NAN};
-        if (s->fate[i] == FATE_USED && consensus) {
+        if (s->fate[i] == FATE_USED) {
             candidate m = {{s->theta_h[i], s->theta_d[i], s->phi_d[i]},
                            s->channel[i],
                            {s->f[0][i], s->f[1][i], s->f[2][i]},
@@ -197,13 +209,16 @@ reflectance_sample rec_strip_sample(const struct strip *s, int i)
         .disc = s->disc[i],
         .weight = s->weight[i],
         .point = rec_lane(&s->point, i),
-        .normal = rec_lane(&s->normal, i),
-        .wi = rec_lane(&s->wi, i),
-        .wo = rec_lane(&s->wo, i),
-        .residual = s->unlike[i].residual,
-        .others = s->unlike[i].others,
-        .excess = s->unlike[i].excess,
+        .normal = rec_lane_wide(&s->normal, i),
+        .wi = rec_lane_wide(&s->wi, i),
+        .wo = rec_lane_wide(&s->wo, i),
+        .residual = NAN,
     };
+    if (s->compared) {
+        a.residual = s->unlike[i].residual;
+        a.others = s->unlike[i].others;
+        a.excess = s->unlike[i].excess;
+    }
     for (int c = 0; c < 3; c++) {
         bool measured = a.channel < 0 || a.channel == c;
         a.f[c] = measured ? s->f[c][i] : 0;

@@ -134,9 +134,9 @@ static bool sound(const struct rows *rows, int row)
 static void put_sample(struct strip *s, int lane, const struct rows *rows, int row)
 {
     s->fate[lane] = FATE_USED;
-    rec_lane_set(&s->normal, lane, vec3_normalize(vector_at(rows, NORMAL, row)));
-    rec_lane_set(&s->wi, lane, vec3_normalize(vector_at(rows, WI, row)));
-    rec_lane_set(&s->wo, lane, vec3_normalize(vector_at(rows, WO, row)));
+    rec_lane_narrow(&s->normal, lane, vec3_normalize(vector_at(rows, NORMAL, row)));
+    rec_lane_narrow(&s->wi, lane, vec3_normalize(vector_at(rows, WI, row)));
+    rec_lane_narrow(&s->wo, lane, vec3_normalize(vector_at(rows, WO, row)));
     s->channel[lane] = (int)rows->value[CHANNEL][row];
     for (int c = 0; c < 3; c++) {
         bool measured = s->channel[lane] < 0 || s->channel[lane] == c;

@@ -13,10 +13,12 @@
 
 enum { PLANES = 12 };  // 3 channels, lending or not, phi_d >= 0 and < 0
 
-/** Sums of the samples of one bin, channel and sign of phi_d. Of a mosaic T_NOISE has the variances
- *  of the measured channel, and the standard deviations of those that are lent. */
+#define NOWHERE UINT32_MAX  // of lanes that are not in use: 12 x 2^28 bins are fewer
+
+/** Sums of the samples of one bin, channel and sign of phi_d, times their weights: of 1, f, f^2 and
+ *  so on. T_NOISE has the variances times the weights once more; of a mosaic only of the measured
+ *  channel, and the standard deviations of those that are lent. */
 enum term {
-    T_COUNT,
     T_W,
     T_SYSTEMATIC,
     T_TILT,
@@ -33,7 +35,7 @@ static_assert((int)T_END <= (int)SHOT_TERMS, "a sum for each term");
 
 struct shot_sums {
     double term[SHOT_TERMS];
-    int bin, plane, channel;
+    int bin, plane, channel, count;
 };
 
 void rec_shot_free(struct shot_bins *shot)
@@ -41,11 +43,6 @@ void rec_shot_free(struct shot_bins *shot)
     free(shot->slot);
     free(shot->sums);
     *shot = (struct shot_bins){0};
-}
-
-static enum status out_of_memory(struct error *err)
-{
-    return cap_fail(err, STATUS_MEMORY, "no memory for a shot's bins");
 }
 
 // New sums; NULL: no memory.
@@ -63,53 +60,51 @@ static struct shot_sums *begin_sums(struct shot_bins *shot, int bin, int plane, 
     return &shot->sums[shot->count++];
 }
 
-static inline double at_most(double x, double most)
+static inline float at_most(float x, float most)
 {
     return x < most ? x : most;
 }
 
 // The terms of a block of lanes, of which only the used ones have a meaning.
-WIDE static void make_terms(double (*restrict term)[BLOCK], const struct strip *restrict s,
+WIDE static void make_terms(float (*restrict term)[BLOCK], const struct strip *restrict s,
                             int begin)
 {
     for (int k = 0; k < BLOCK; k++) {
         const int i = begin + k;
-        double w = s->weight[i], phi_d = s->phi_d[i];
-        term[T_COUNT][k] = 1;
-        term[T_W][k] = w;
-        term[T_SYSTEMATIC][k] = w * at_most(s->systematic[i], 1e3);
-        term[T_TILT][k] = w * at_most(s->tilt[i], CAP_PI);
-        term[T_DISC][k] = w * at_most(s->disc[i], 1);
-        term[T_SPREAD][k] = w * at_most(s->spread[0][i], 1);
-        term[T_SPREAD + 1][k] = w * at_most(s->spread[1][i], 1);
-        term[T_ANGLE][k] = w * s->theta_h[i];
-        term[T_ANGLE + 1][k] = w * s->theta_d[i];
-        term[T_ANGLE + 2][k] = w * (phi_d < 0 ? phi_d + CAP_PI : phi_d);
+        term[T_W][k] = 1;
+        term[T_SYSTEMATIC][k] = at_most(s->systematic[i], 1e3F);
+        term[T_TILT][k] = at_most(s->tilt[i], (float)CAP_PI);
+        term[T_DISC][k] = at_most(s->disc[i], 1);
+        term[T_SPREAD][k] = at_most(s->spread[0][i], 1);
+        term[T_SPREAD + 1][k] = at_most(s->spread[1][i], 1);
+        term[T_ANGLE][k] = s->theta_h[i];
+        term[T_ANGLE + 1][k] = s->theta_d[i];
+        term[T_ANGLE + 2][k] = s->phi_d[i];
         for (int c = 0; c < 3; c++) {
-            term[T_F + c][k] = w * s->f[c][i];
-            term[T_FF + c][k] = w * s->f[c][i] * s->f[c][i];
-            term[T_NOISE + c][k] = w * (w * s->noise[c][i]);
-            term[T_BOUNCED + c][k] = w * s->bounced[c][i];
+            term[T_F + c][k] = s->f[c][i];
+            term[T_FF + c][k] = s->f[c][i] * s->f[c][i];
+            term[T_NOISE + c][k] = s->weight[i] * s->noise[c][i];
+            term[T_BOUNCED + c][k] = s->bounced[c][i];
         }
     }
 }
 
 // What a mosaic's photosites lend is as unsure as their neighbours are, however many there are.
-static void lend_noise(double (*term)[BLOCK], const struct strip *s, int begin)
+static void lend_noise(float (*term)[BLOCK], const struct strip *s, int begin)
 {
     for (int k = 0; k < BLOCK; k++)
         for (int c = 0; c < 3 && s->channel[begin + k] >= 0; c++)
             if (s->channel[begin + k] != c)
-                term[T_NOISE + c][k] = s->weight[begin + k] * sqrt(s->noise[c][begin + k]);
+                term[T_NOISE + c][k] = sqrtf(s->noise[c][begin + k]);
 }
 
 /** Numbers that are moved as one; they may lie anywhere. */
-typedef double four __attribute__((vector_size(32), aligned(8), may_alias));
+typedef float four __attribute__((vector_size(16), aligned(4), may_alias));
+typedef float eight_narrow __attribute__((vector_size(32), aligned(4), may_alias));
 typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
 
 // Terms side by side for each lane: 4 x 4 numbers at a time are turned over their diagonal.
-WIDE static void turn_terms(double (*restrict lane)[SHOT_TERMS],
-                            const double (*restrict term)[BLOCK])
+WIDE static void turn_terms(float (*restrict lane)[SHOT_TERMS], const float (*restrict term)[BLOCK])
 {
     for (int t = 0; t < SHOT_TERMS; t += 4)
         for (int k = 0; k < BLOCK; k += 4) {
@@ -126,14 +121,14 @@ WIDE static void turn_terms(double (*restrict lane)[SHOT_TERMS],
         }
 }
 
-static void lane_terms(double (*lane)[SHOT_TERMS], const struct strip *s)
+static void lane_terms(float (*lane)[SHOT_TERMS], const struct strip *s)
 {
-    double term[SHOT_TERMS][BLOCK];
+    float term[SHOT_TERMS][BLOCK];
     memset(term[T_END], 0, (SHOT_TERMS - T_END) * sizeof *term);
     for (int begin = s->use.first; begin < s->use.end; begin += BLOCK) {
         make_terms(term, s, begin);
         lend_noise(term, s, begin);
-        turn_terms(lane + begin, (const double(*)[BLOCK])term);
+        turn_terms(lane + begin, (const float(*)[BLOCK])term);
     }
 }
 
@@ -143,75 +138,95 @@ static int index_of(struct grid grid, const struct strip *s, int i)
 }
 
 // Lanes beside each other that belong in the same bin, in their order.
-WIDE static void add_run(double *sum, const double (*term)[SHOT_TERMS], int count)
+WIDE static void add_run(double *restrict sum, const float (*restrict term)[SHOT_TERMS],
+                         const float *restrict weight, int count)
 {
     static_assert(SHOT_TERMS == 24, "three times eight");
     eight a = *(eight *)sum, b = *(eight *)(sum + 8), c = *(eight *)(sum + 16);
     for (int i = 0; i < count; i++) {
-        a += *(const eight *)term[i];
-        b += *(const eight *)(term[i] + 8);
-        c += *(const eight *)(term[i] + 16);
+        double w = (double)weight[i];
+        a += w * __builtin_convertvector(*(const eight_narrow *)term[i], eight);
+        b += w * __builtin_convertvector(*(const eight_narrow *)(term[i] + 8), eight);
+        c += w * __builtin_convertvector(*(const eight_narrow *)(term[i] + 16), eight);
     }
     *(eight *)sum = a;
     *(eight *)(sum + 8) = b;
     *(eight *)(sum + 16) = c;
 }
 
-// Where a sample belongs: index into sums; -1: no memory.
-static inline int place_of(struct shot_bins *shot, const struct strip *s, int i, bool merl,
-                           size_t bins)
+/** Lanes beside each other that belong in the same sums. */
+struct lane_run {
+    int begin, end, place;  // place: index into sums
+};
+
+// Where samples belong, of all bins of all planes.
+WIDE static void take_keys(uint32_t *restrict key, const struct strip *restrict s,
+                           const int *restrict bin, uint32_t bins)
 {
-    bool mosaic = s->channel[i] >= 0;
-    int plane = 4 * (mosaic ? s->channel[i] : 0) + 2 * (mosaic && s->lends[i]) + (s->phi_d[i] < 0);
-    int bin = merl ? s->bin[i] : index_of(shot->grid, s, i);
-    int32_t *slot = &shot->slot[(size_t)plane * bins + (size_t)bin];
-    if (!*slot && begin_sums(shot, bin, plane, s->channel[i]))
+    FOR_LANES (i, s->use) {
+        int mosaic = 4 * s->channel[i] + 2 * s->lends[i], back = s->phi_d[i] < 0 ? 1 : 0;
+        int plane = (s->channel[i] >= 0 ? mosaic : 0) + back;
+        uint32_t place = (uint32_t)plane * bins + (uint32_t)bin[i];
+        key[i] = s->fate[i] == FATE_USED ? place : NOWHERE;
+    }
+}
+
+static void find_keys(uint32_t key[LANES], const struct shot_bins *shot, const struct strip *s)
+{
+    const bool merl = memcmp(&shot->grid, &rec_merl_grid, sizeof shot->grid) == 0;
+    int own[LANES];
+    for (int i = s->use.first; i < s->use.end && !merl; i++)
+        own[i] = s->fate[i] == FATE_USED ? index_of(shot->grid, s, i) : 0;
+    take_keys(key, s, merl ? s->bin : own, (uint32_t)rec_grid_bins(shot->grid));
+}
+
+// Index into sums; -1: no memory.
+static inline int place_of(struct shot_bins *shot, uint32_t key, int channel)
+{
+    int32_t *slot = &shot->slot[key];
+    const uint32_t bins = (uint32_t)rec_grid_bins(shot->grid);
+    if (!*slot && begin_sums(shot, (int)(key % bins), (int)(key / bins), channel))
         *slot = shot->count;
     return *slot - 1;
 }
 
-// The places of all lanes, -1 of those that are not in use; what is there is asked for at once.
-static enum status find_places(int place[LANES + 1], struct shot_bins *shot, const struct strip *s,
-                               struct error *err)
+// Runs of the lanes in use, and how many; what is there is asked for at once. -1: no memory.
+static int find_runs(struct lane_run run[LANES], struct shot_bins *shot, const struct strip *s)
 {
-    const bool merl = memcmp(&shot->grid, &rec_merl_grid, sizeof shot->grid) == 0;
-    const size_t bins = (size_t)rec_grid_bins(shot->grid);
-    int last = -1;
-    place[s->use.end] = -1;
-    for (int i = s->use.first; i < s->use.end; i++) {
-        place[i] = -1;
-        if (s->fate[i] != FATE_USED)
+    uint32_t key[LANES];
+    int runs = 0;
+    find_keys(key, shot, s);
+    for (int begin = s->use.first, i; begin < s->use.end; begin = i) {
+        for (i = begin + 1; i < s->use.end && key[i] == key[begin]; i++)
+            ;
+        if (key[begin] == NOWHERE)
             continue;
-        assert(s->weight[i] > 0 && s->weight[i] <= 1 && s->channel[i] < 3);
-        place[i] = place_of(shot, s, i, merl, bins);
-        if (place[i] < 0)
-            return out_of_memory(err);
-        if (place[i] != last)
-            for (int k = 0; k < SHOT_TERMS; k += 8)
-                __builtin_prefetch(&shot->sums[place[i]].term[k], 1);
-        last = place[i];
+        assert(s->weight[begin] > 0 && s->weight[begin] <= 1 && s->channel[begin] < 3);
+        int place = place_of(shot, key[begin], s->channel[begin]);
+        if (place < 0)
+            return -1;
+        run[runs++] = (struct lane_run){begin, i, place};
+        for (int k = 0; k < SHOT_TERMS; k += 8)
+            __builtin_prefetch(&shot->sums[place].term[k], 1);
     }
-    return STATUS_OK;
+    return runs;
 }
 
 enum status rec_shot_add(struct shot_bins *shot, const struct strip *s, struct error *err)
 {
-    double term[LANES][SHOT_TERMS];
-    int place[LANES + 1];
+    float term[LANES][SHOT_TERMS];
+    struct lane_run run[LANES];
     if (!shot->slot)
         shot->slot = calloc(PLANES * (size_t)rec_grid_bins(shot->grid), sizeof *shot->slot);
-    if (!shot->slot)
-        return out_of_memory(err);
-    enum status status = find_places(place, shot, s, err);
-    if (status)
-        return status;
+    int runs = shot->slot ? find_runs(run, shot, s) : -1;
+    if (runs < 0)
+        return cap_fail(err, STATUS_MEMORY, "no memory for a shot's bins");
     lane_terms(term, s);
-    for (int begin = s->use.first, i = begin + 1; begin < s->use.end; begin = i++) {
-        while (place[begin] >= 0 && place[i] == place[begin])
-            i++;
-        if (place[begin] >= 0)
-            add_run(shot->sums[place[begin]].term, (const double(*)[SHOT_TERMS])term + begin,
-                    i - begin);
+    for (int k = 0; k < runs; k++) {
+        struct shot_sums *to = &shot->sums[run[k].place];
+        const int begin = run[k].begin, count = run[k].end - begin;
+        add_run(to->term, (const float(*)[SHOT_TERMS])term + begin, s->weight + begin, count);
+        to->count += count;
     }
     return STATUS_OK;
 }
@@ -231,7 +246,7 @@ static void exact_channel(struct bin_sums *b, const struct shot_sums *s, int c)
 
 static struct bin_sums exact(const struct shot_sums *s)
 {
-    struct bin_sums b = {.count = (int64_t)s->term[T_COUNT],
+    struct bin_sums b = {.count = s->count,
                          .w = rec_fix(s->term[T_W]),
                          .w_systematic = rec_fix(s->term[T_SYSTEMATIC]),
                          .w_tilt = rec_fix(s->term[T_TILT]),
@@ -240,8 +255,9 @@ static struct bin_sums exact(const struct shot_sums *s)
     b.w_back = s->plane % 2 ? b.w : 0;
     for (int i = 0; i < 2; i++)
         b.w_spread[i] = rec_fix(s->term[T_SPREAD + i]);
+    const double turn = s->plane % 2 ? CAP_PI : 0;  // folds phi_d
     for (int i = 0; i < 3; i++)
-        b.w_angle[i] = rec_fix(s->term[T_ANGLE + i]);
+        b.w_angle[i] = rec_fix(s->term[T_ANGLE + i] + (i < 2 ? 0 : turn * s->term[T_W]));
     for (int c = 0; c < 3; c++)
         if (s->channel < 0 || s->channel == c)
             exact_channel(&b, s, c);

@@ -12,35 +12,36 @@
 struct strip {
     int x0, y, from, to;
     lane_span use;          // lanes that are still in use lie in it, others have no meaning
-    bool hit[LANES];        // the centre's ray meets the sample
-    bool inner[LANES];      // outline and terminator are some photosites away
+    float hit[LANES];       // 1: the centre's ray meets the sample; or 0
+    float inner[LANES];     // 1: outline and terminator are some photosites away; or 0
     enum fate fate[LANES];  // all that follows has a meaning where this is FATE_USED
     vec3_lanes point;       // at the photosite's centre
-    vec3_lanes normal, wi, wo;
-    double distance[LANES];    // from the lamp, mm
-    double irradiance[LANES];  // mean of cos(theta_i) / r^2, or of cos(theta_i)
-    double curvature[LANES];   // of the surface, 1/mm
-    double spread[2][LANES];   // variance of n over the photosite, rad^2: towards h, and across
-    double disc[LANES];        // variance of wi over the lamp's disc, rad^2 each way
-    double theta_h[LANES], theta_d[LANES], phi_d[LANES];
-    int bin[LANES];                         // rec_merl_index of these
-    double systematic[LANES], tilt[LANES];  // see reflectance_sample, also for what follows
+    vec3f_lanes normal, wi, wo;
+    float distance[LANES];    // from the lamp, mm
+    float irradiance[LANES];  // mean of cos(theta_i) / r^2, or of cos(theta_i)
+    float curvature[LANES];   // of the surface, 1/mm
+    float spread[2][LANES];   // variance of n over the photosite, rad^2: towards h, and across
+    float disc[LANES];        // variance of wi over the lamp's disc, rad^2 each way
+    float theta_h[LANES], theta_d[LANES], phi_d[LANES];
+    int bin[LANES];                        // rec_merl_index of these
+    float systematic[LANES], tilt[LANES];  // see reflectance_sample, also for what follows
     int channel[LANES];
     // Of a mosaic: the other channels' f and noise are those between its neighbours, where it
     // lends.
-    bool lends[LANES];
-    double f[3][LANES], noise[3][LANES], bounced[3][LANES];
-    double doubt[LANES];  // 1 sigma of the photosite's bounced light, a part of it
-    double weight[LANES];
+    int lends[LANES];  // 1 or 0
+    float f[3][LANES], noise[3][LANES], bounced[3][LANES];
+    float doubt[LANES];  // 1 sigma of the photosite's bounced light, a part of it
+    float weight[LANES];
+    bool compared;  // what follows has a meaning
     comparison unlike[LANES];
 };
 
 /** Look only at lanes that are still in use, from now on; false: there are none. */
 static inline bool rec_strip_narrow(struct strip *s)
 {
-    bool used[LANES];
+    float used[LANES];
     for (int i = 0; i < LANES; i++)
-        used[i] = s->fate[i] == FATE_USED;
+        used[i] = s->fate[i] == FATE_USED ? 1 : 0;
     s->use = rec_lanes_marked(used);
     return s->use.end > 0;
 }

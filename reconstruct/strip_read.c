@@ -70,19 +70,20 @@ static void read_mosaic(struct reading *to, const struct strip *s, const struct 
 }
 
 // f of one channel and its noise. gain: 1 / (vignetting irradiance).
-WIDE static void take_channel(struct strip *s, struct failures *failed, const struct reading *r,
-                              const double *vignetting, const double *gain, int c, double per_light)
+WIDE static void take_channel(struct strip *restrict s, struct failures *restrict failed,
+                              const struct reading *restrict r, const float *restrict vignetting,
+                              const float *restrict gain, int c, float per_light)
 {
-    const double limit = 1e5;  // 1/sr: a mirror whose lobe is 0.1 degrees wide; see bins.c
+    const float limit = 1e5F;  // 1/sr: a mirror whose lobe is 0.1 degrees wide; see bins.c
     FOR_LANES (i, s->use) {
-        double value = (double)r->value[c][i], variance = (double)r->variance[c][i];
-        double extra = vignetting[i] * s->bounced[c][i];
-        double scale = gain[i] * per_light, f = (value - extra) * scale;
-        double doubt = s->doubt[i] * extra, noise = (variance + doubt * doubt) * scale * scale;
-        double size = f < 0 ? -f : f;
+        float value = r->value[c][i], variance = r->variance[c][i];
+        float extra = vignetting[i] * s->bounced[c][i];
+        float scale = gain[i] * per_light, f = (value - extra) * scale;
+        float doubt = s->doubt[i] * extra, noise = (variance + doubt * doubt) * scale * scale;
+        float size = f < 0 ? -f : f;
         bool mine = r->mine[c][i] > 0;
         bool good = (size < limit) & (noise >= 0) & (noise < limit * limit);
-        failed->saturated[i] = (mine & (variance > (double)FLT_MAX)) ? 1 : failed->saturated[i];
+        failed->saturated[i] = (mine & (variance > FLT_MAX)) ? 1 : failed->saturated[i];
         failed->unusable[i] = (mine & !good) ? 1 : failed->unusable[i];
         failed->unlent[i] = (mine | good) ? failed->unlent[i] : 1;
         s->f[c][i] = f;
@@ -91,27 +92,28 @@ WIDE static void take_channel(struct strip *s, struct failures *failed, const st
 }
 
 // Takes bounced radiance, and leaves the part of the lamp's light that it was.
-WIDE static void take_part(struct strip *s, const struct reading *r, const double *vignetting,
-                           int c)
+WIDE static void take_part(struct strip *restrict s, const struct reading *restrict r,
+                           const float *restrict vignetting, int c)
 {
-    const double most = 49;  // 98 % of the light
+    const float most = 49;  // 98 % of the light
     FOR_LANES (i, s->use) {
-        double extra = vignetting[i] * s->bounced[c][i], rest = (double)r->value[c][i] - extra;
-        double least = extra / most, part = extra / (rest > least ? rest : least);
+        float extra = vignetting[i] * s->bounced[c][i], rest = r->value[c][i] - extra;
+        float least = extra / most, part = extra / (rest > least ? rest : least);
         s->bounced[c][i] = ((r->mine[c][i] > 0) & (extra > 0)) ? part : 0;
     }
 }
 
 // What the lens leaves of the light (cal_vignetting, side by side), and 1 / (that, irradiance).
-WIDE static void find_vignetting(double *restrict left, double *restrict gain,
-                                 const struct strip *s, const struct camera *camera)
+WIDE static void find_vignetting(float *restrict left, float *restrict gain, const struct strip *s,
+                                 const struct camera *camera)
 {
-    const double w = camera->width, h = camera->height, scale = 4 / (w * w + h * h);
-    const double dy = s->y - camera->center[1], x0 = s->x0 - camera->center[0];
-    const double a = camera->vignetting[0], b = camera->vignetting[1];
+    const double w = camera->width, h = camera->height, y = s->y - camera->center[1];
+    const float scale = (float)(4 / (w * w + h * h)), dy = (float)y;
+    const float x0 = (float)(s->x0 - camera->center[0]);
+    const float a = (float)camera->vignetting[0], b = (float)camera->vignetting[1];
     FOR_LANES (i, s->use) {
-        double dx = x0 + i, q = scale * (dx * dx + dy * dy), v = 1 + q * (a + q * b);
-        v = v > 1e-3 ? v : 1e-3;
+        float dx = x0 + (float)i, q = scale * (dx * dx + dy * dy), v = 1 + q * (a + q * b);
+        v = v > 1e-3F ? v : 1e-3F;
         v = v < 1 ? v : 1;
         left[i] = v;
         gain[i] = 1 / (v * s->irradiance[i]);
@@ -121,24 +123,27 @@ WIDE static void find_vignetting(double *restrict left, double *restrict gain,
 static void find_channels(struct strip *s, const struct radiance *map)
 {
     FOR_LANES (i, s->use) {
-        s->channel[i] = *map->cfa ? cap_radiance_channel(map, s->x0 + i, s->y) : -1;
-        s->lends[i] = false;
+        s->channel[i] = -1;
+        s->lends[i] = 0;
     }
+    for (int i = s->use.first; i < s->use.end && *map->cfa; i++)
+        s->channel[i] = cap_radiance_channel(map, s->x0 + i, s->y);
 }
 
 // The light that the board brings: radiance, and how sure it is.
 static void find_bounced_light(struct strip *s, const struct viewing *v)
 {
-    memset(s->bounced, 0, sizeof s->bounced);
-    memset(s->doubt, 0, sizeof s->doubt);
+    FOR_LANES (i, s->use)
+        s->bounced[0][i] = s->bounced[1][i] = s->bounced[2][i] = s->doubt[i] = 0;
     for (int i = s->use.first; i < s->use.end && v->bounce; i++) {
         if (s->fate[i] != FATE_USED)
             continue;
-        const sight at = {rec_lane(&s->point, i), rec_lane(&s->normal, i), rec_lane(&s->wo, i)};
+        const sight at = {rec_lane(&s->point, i), rec_lane_wide(&s->normal, i),
+                          rec_lane_wide(&s->wo, i)};
         struct bounced_light light = rec_bounce_at(v->bounce, &at, s->x0 + i, s->y);
-        s->doubt[i] = hypot(v->bounce_scatter, light.doubt);
+        s->doubt[i] = (float)hypot(v->bounce_scatter, light.doubt);
         for (int c = 0; c < 3; c++)
-            s->bounced[c][i] = light.radiance[c];
+            s->bounced[c][i] = (float)light.radiance[c];
     }
 }
 
@@ -146,18 +151,29 @@ static void find_bounced_light(struct strip *s, const struct viewing *v)
 static void lend(struct strip *s, const struct failures *failed)
 {
     FOR_LANES (i, s->use) {
-        s->lends[i] = s->channel[i] >= 0 && s->inner[i] && !(failed->unlent[i] > 0);
+        s->lends[i] = s->channel[i] >= 0 && s->inner[i] > 0 && !(failed->unlent[i] > 0);
         for (int c = 0; c < 3 && s->channel[i] >= 0; c++)
             if (c != s->channel[i] && !s->lends[i])
                 s->f[c][i] = s->noise[c][i] = 0;
     }
 }
 
+WIDE static void take_failures(struct strip *restrict s, const struct failures *restrict failed)
+{
+    FOR_LANES (i, s->use) {
+        enum fate fate = failed->unusable[i] > 0 ? FATE_UNUSABLE : FATE_USED;
+        fate = failed->saturated[i] > 0 ? FATE_SATURATED : fate;
+        s->fate[i] = s->fate[i] == FATE_USED ? fate : s->fate[i];
+    }
+}
+
 void rec_strip_read(struct strip *s, const struct viewing *v, const struct radiance *map)
 {
-    struct failures failed = {0};
+    struct failures failed;
     struct reading reading;
-    double vignetting[LANES], gain[LANES];
+    float vignetting[LANES], gain[LANES];
+    FOR_LANES (i, s->use)
+        failed.saturated[i] = failed.unusable[i] = failed.unlent[i] = 0;
     find_vignetting(vignetting, gain, s, v->camera);
     find_channels(s, map);
     find_bounced_light(s, v);
@@ -165,15 +181,11 @@ void rec_strip_read(struct strip *s, const struct viewing *v, const struct radia
     if (*map->cfa)
         read_mosaic(&reading, s, map);
     for (int c = 0; c < 3; c++) {
-        take_channel(s, &failed, &reading, vignetting, gain, c, 1 / v->light[c]);
+        take_channel(s, &failed, &reading, vignetting, gain, c, (float)(1 / v->light[c]));
         if (v->bounce)
             take_part(s, &reading, vignetting, c);
     }
     if (*map->cfa)
         lend(s, &failed);
-    FOR_LANES (i, s->use)
-        if (s->fate[i] == FATE_USED)
-            s->fate[i] = failed.saturated[i] > 0  ? FATE_SATURATED
-                         : failed.unusable[i] > 0 ? FATE_UNUSABLE
-                                                  : FATE_USED;
+    take_failures(s, &failed);
 }

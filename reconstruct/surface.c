@@ -1,7 +1,7 @@
 /* surface.c -- rays against a sphere and a cylinder, the nearer root of a quadratic; and a mesh.
  *
- * Method.   A sphere is a cylinder without an axis: what lies along the axis is taken off the ray
- *           and the eye, nothing of a sphere's.
+ * Method.   A cylinder is a circle to what is left of the ray and the eye without what lies along
+ *           its axis; of a sphere that is all.
  * Accuracy. q, the discriminant, is a difference of numbers near |eye - center|^2: at a metre its
  *           rounding is 1e-10 mm^2, far below what a photosite spans at the outline.
  */
@@ -32,8 +32,26 @@ static struct round_body body_of(const struct sample *s, vec3 eye)
     return b;
 }
 
-WIDE static void meet_round(struct meetings *to, const struct round_body *of, const vec3_lanes *d,
-                            lane_span span)
+WIDE static void meet_sphere(struct meetings *restrict to, const struct round_body *of,
+                             const vec3_lanes *restrict d, lane_span span)
+{
+    const struct round_body b = *of;
+    FOR_LANES (i, span) {
+        double slope = d->x[i] * b.m.x + d->y[i] * b.m.y + d->z[i] * b.m.z;
+        double q = slope * slope - b.c, s = -slope - sqrt(q > 0 ? q : 0);
+        double x = b.m.x + s * d->x[i], y = b.m.y + s * d->y[i], z = b.m.z + s * d->z[i];
+        to->hit[i] = ((q > 0) & (slope <= 0)) ? 1 : 0;
+        to->point.x[i] = b.center.x + x;
+        to->point.y[i] = b.center.y + y;
+        to->point.z[i] = b.center.z + z;
+        to->normal.x[i] = x * b.curvature;
+        to->normal.y[i] = y * b.curvature;
+        to->normal.z[i] = z * b.curvature;
+    }
+}
+
+WIDE static void meet_cylinder(struct meetings *restrict to, const struct round_body *of,
+                               const vec3_lanes *restrict d, lane_span span)
 {
     const struct round_body b = *of;
     FOR_LANES (i, span) {
@@ -62,7 +80,10 @@ void rec_meet_all(struct meetings *m, const struct sample *sample, vec3 eye, con
 {
     assert(sample->shape != SHAPE_MESH);
     struct round_body body = body_of(sample, eye);
-    meet_round(m, &body, ray, span);
+    if (sample->shape == SHAPE_CYLINDER)
+        meet_cylinder(m, &body, ray, span);
+    else
+        meet_sphere(m, &body, ray, span);
 }
 
 static meeting meet_mesh(const struct mesh *mesh, vec3 eye, vec3 direction)

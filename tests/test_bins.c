@@ -5,7 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SHOTS = 40, SAMPLES = 500 };  // of a shot
+enum { SHOTS = 40, SAMPLES = 500 };   // of a shot
+static const double single = 1.2e-7;  // strips round to 24 bits what is put in, relative
 
 // A number in [0, 1) that looks like chance and is none.
 static double chance(int i, int k)
@@ -38,18 +39,18 @@ static void add_shot(struct tally *tally, const reflectance_sample *sample, int 
         struct strip s = {.use = ALL_LANES};
         for (int k = 1; k < LANES; k++)
             s.fate[k] = FATE_DARK;
-        s.theta_h[0] = sample[i].angles.theta_h;
-        s.theta_d[0] = sample[i].angles.theta_d;
-        s.phi_d[0] = sample[i].angles.phi_d;
-        s.bin[0] = rec_merl_index(sample[i].angles);
+        s.theta_h[0] = (float)sample[i].angles.theta_h;
+        s.theta_d[0] = (float)sample[i].angles.theta_d;
+        s.phi_d[0] = (float)sample[i].angles.phi_d;
+        s.bin[0] = rec_merl_index((half_diff){s.theta_h[0], s.theta_d[0], s.phi_d[0]});
         s.channel[0] = sample[i].channel;
         s.lends[0] = lends;
-        s.systematic[0] = sample[i].systematic;
-        s.tilt[0] = sample[i].tilt;
-        s.weight[0] = sample[i].weight;
+        s.systematic[0] = (float)sample[i].systematic;
+        s.tilt[0] = (float)sample[i].tilt;
+        s.weight[0] = (float)sample[i].weight;
         for (int c = 0; c < 3; c++) {
-            s.f[c][0] = sample[i].f[c];
-            s.noise[c][0] = sample[i].noise[c];
+            s.f[c][0] = (float)sample[i].f[c];
+            s.noise[c][0] = (float)sample[i].noise[c];
         }
         assert_int_equal(rec_shot_add(&shot, &s, NULL), STATUS_OK);
     }
@@ -160,10 +161,10 @@ static void test_mean_and_errors_by_hand(void **state)
     assert_int_equal(b.count, 2);
     for (int c = 0; c < 3; c++)
         assert_near(b.mean[c], 1.2, 1e-15);
-    assert_near(b.centroid.theta_h, 0.50018, 1e-15);
-    assert_near(b.noise[0], 0.1 * sqrt(1 + 1.0 / 16) / 1.25, 1e-15);
-    assert_near(b.noise[1], 0.2 * sqrt(1 + 1.0 / 16) / 1.25, 1e-15);
-    assert_near(b.sigma[2], 1.2 * 0.02, 1e-15);
+    assert_near(b.centroid.theta_h, 0.50018, single);
+    assert_near(b.noise[0], 0.1 * sqrt(1 + 1.0 / 16) / 1.25, 0.1 * single);
+    assert_near(b.noise[1], 0.2 * sqrt(1 + 1.0 / 16) / 1.25, 0.2 * single);
+    assert_near(b.sigma[2], 1.2 * 0.02, 0.02 * single);
     assert_near(b.scatter[0], 0.4, 1e-15);  // (1 0.04 + 0.25 0.64) / 1.25 = 0.16
     assert_true(isnan(b.swapped[0]));
 }
@@ -189,9 +190,9 @@ static void test_reciprocity_is_kept_apart(void **state)
          .weight = 0.5},
     };
     struct bin b = one_bin(s, 2);
-    assert_near(b.mean[0], 1.05, 1e-15);
-    assert_near(b.centroid.phi_d, 0.3001, 1e-15);
-    assert_near(b.swapped[0], -0.1, 1e-14);
+    assert_near(b.mean[0], 1.05, single);
+    assert_near(b.centroid.phi_d, 0.3001, 2 * single);
+    assert_near(b.swapped[0], -0.1, single);
     assert_near(b.swapped[1], 0, 1e-14);
 }
 
@@ -211,10 +212,10 @@ static void test_a_mosaic_by_hand(void **state)
     assert_near(b.mean[0], 1, 1e-15);
     assert_near(b.mean[1], 3, 1e-15);
     assert_near(b.mean[2], 8, 1e-15);
-    assert_near(b.centroid.theta_h, 0.5003, 1e-15);
-    assert_near(b.own[0].theta_h, 0.5001, 1e-15);
-    assert_near(b.own[1].phi_d, 0.3002, 1e-15);
-    assert_near(b.own[2].phi_d, 0.3005, 1e-15);
+    assert_near(b.centroid.theta_h, 0.5003, single);
+    assert_near(b.own[0].theta_h, 0.5001, single);
+    assert_near(b.own[1].phi_d, 0.3002, single);
+    assert_near(b.own[2].phi_d, 0.3005, single);
     struct tally tally;
     struct bins bins;
     assert_int_equal(rec_tally_begin(&tally, rec_merl_grid, NULL), STATUS_OK);
@@ -241,11 +242,11 @@ static void test_lent_channels_by_hand(void **state)
     struct bin b = one_lending_bin(s, 3);
     assert_near(b.mean[0], 1, 1e-15);
     assert_near(b.mean[1], 4, 1e-15);
-    assert_near(b.mean[2], 5.4, 1e-14);   // (0.5 5 + 0.5 5 + 0.25 7) / 1.25
-    assert_near(b.noise[2], 0.2, 1e-15);  // neighbours' noise does not average out
-    assert_near(b.noise[0], 0.2 * sqrt(0.25 + 0.0625) / 0.75, 1e-15);
+    assert_near(b.mean[2], 5.4, 1e-14);    // (0.5 5 + 0.5 5 + 0.25 7) / 1.25
+    assert_near(b.noise[2], 0.2, single);  // neighbours' noise does not average out
+    assert_near(b.noise[0], 0.2 * sqrt(0.25 + 0.0625) / 0.75, single);
     assert_true(b.lent[2] && !b.lent[0] && !b.lent[1]);
-    assert_near(b.own[2].theta_h, 0.50022, 1e-15);
+    assert_near(b.own[2].theta_h, 0.50022, single);
 }
 
 // The documented range: 9e8 samples of the largest kind in a shot.
