@@ -222,17 +222,64 @@ static mesh_hit on_triangle(const struct mesh *mesh, vec3 origin, vec3 direction
     return (mesh_hit){.s = vec3_dot(ac, up) * scale, .normal = n};
 }
 
-mesh_hit cal_mesh_meet(const struct mesh *mesh, vec3 origin, vec3 direction)
+/** A ray about the mesh's middle, from where it may meet the mesh on. */
+typedef struct {
+    vec3 origin, direction;
+    double skip, near;  // so much of the way is done; nothing nearer is met
+} local_ray;
+
+static local_ray localize(const struct mesh *mesh, vec3 origin, vec3 direction)
 {
     static const double CLEAR = 1e-4;  // of the radius: rounding in single precision is 1e-7
     vec3 local = vec3_sub(origin, mesh->center);
     double enter = -vec3_dot(local, direction) - mesh->radius;
     double skip = fmax(0, enter);  // up to where the ball about the mesh may begin
     local = vec3_add(local, vec3_scale(direction, skip));
-    int index = find_triangle(mesh, local, direction, skip > 0 ? 0 : CLEAR * mesh->radius);
+    return (local_ray){local, direction, skip, skip > 0 ? 0 : CLEAR * mesh->radius};
+}
+
+static mesh_hit hit_of(const struct mesh *mesh, const local_ray *ray, int index)
+{
     if (index < 0)
         return (mesh_hit){.s = INFINITY};
-    mesh_hit hit = on_triangle(mesh, local, direction, index);
-    hit.s += skip;
+    mesh_hit hit = on_triangle(mesh, ray->origin, ray->direction, index);
+    hit.s += ray->skip;
     return hit;
+}
+
+mesh_hit cal_mesh_meet(const struct mesh *mesh, vec3 origin, vec3 direction)
+{
+    local_ray ray = localize(mesh, origin, direction);
+    return hit_of(mesh, &ray, find_triangle(mesh, ray.origin, ray.direction, ray.near));
+}
+
+void cal_mesh_meet_all(mesh_hit *hit, const struct mesh *mesh, const vec3 *origin,
+                       const vec3 *direction, int count)
+{
+    assert(count > 0 && count <= MESH_RAYS);
+    _Alignas(64) int valid[MESH_RAYS];
+    struct RTCRayHit16 to = {0};
+    local_ray ray[MESH_RAYS];
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    for (int i = 0; i < MESH_RAYS; i++) {
+        valid[i] = i < count ? -1 : 0;
+        ray[i] = localize(mesh, origin[i < count ? i : 0], direction[i < count ? i : 0]);
+        to.ray.org_x[i] = (float)ray[i].origin.x;
+        to.ray.org_y[i] = (float)ray[i].origin.y;
+        to.ray.org_z[i] = (float)ray[i].origin.z;
+        to.ray.dir_x[i] = (float)ray[i].direction.x;
+        to.ray.dir_y[i] = (float)ray[i].direction.y;
+        to.ray.dir_z[i] = (float)ray[i].direction.z;
+        to.ray.tnear[i] = (float)ray[i].near;
+        to.ray.tfar[i] = INFINITY;
+        to.ray.mask[i] = 0xFFFFFFFFu;
+        to.hit.geomID[i] = to.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    rtcIntersect16(valid, mesh->scene, &context, &to);
+    for (int i = 0; i < count; i++) {
+        bool met = to.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+        hit[i] = hit_of(mesh, &ray[i], met ? (int)to.hit.primID[i] : -1);
+    }
 }

@@ -18,32 +18,69 @@
 static const double steep = 0.71;   // of the way to a neighbour, off the mean tangent plane
 static const double crease = 0.87;  // cosine of the largest turn, 30 degrees, to a neighbour
 
-static bool in_shadow(const struct viewing *v, vec3 point, vec3 normal)
+// The ways to the lamp, unit, from places on the mesh, and how far it is; of those that it may
+// light.
+struct to_lamp {
+    vec3 from[MESH_RAYS], way[MESH_RAYS];
+    double far[MESH_RAYS];
+    int of[MESH_RAYS], count;  // which ray it was
+};
+
+static void add_way(struct to_lamp *to, const struct viewing *v, vec3 point, vec3 normal, int of)
 {
     vec3 way = v->lamp->at_infinity ? v->lamp->direction : vec3_sub(v->lamp_position, point);
     double distance = vec3_length(way);
-    way = vec3_scale(way, 1 / distance);
     if (vec3_dot(way, normal) <= 0)
-        return false;  // dark, for a better reason
-    double far = v->lamp->at_infinity ? INFINITY : distance;
-    return cal_mesh_meet(v->sample->mesh, point, way).s < far;
+        return;  // dark, for a better reason than a shadow
+    to->from[to->count] = point;
+    to->way[to->count] = vec3_scale(way, 1 / distance);
+    to->far[to->count] = v->lamp->at_infinity ? INFINITY : distance;
+    to->of[to->count++] = of;
 }
 
-// Where a ray meets the mesh, into the planes.
-static void look(const struct raster *r, size_t at, const struct viewing *v, vec3 ray)
+// Where rays beside each other meet the mesh, into the planes.
+static void look(const struct raster *r, size_t at, const struct viewing *v, const vec3 *ray,
+                 int count)
 {
-    mesh_hit hit = cal_mesh_meet(v->sample->mesh, v->eye, ray);
-    if (!(hit.s < INFINITY))
-        return;
-    vec3 point = vec3_add(v->eye, vec3_scale(ray, hit.s));
-    vec3 from = vec3_sub(point, v->sample->center);
-    const double p[3] = {from.x, from.y, from.z}, n[3] = {hit.normal.x, hit.normal.y, hit.normal.z};
-    for (int k = 0; k < 3; k++) {
-        r->plane[RASTER_POINT + k][at] = (float)p[k];
-        r->plane[RASTER_NORMAL + k][at] = (float)n[k];
+    vec3 eye[MESH_RAYS];
+    mesh_hit hit[MESH_RAYS];
+    struct to_lamp to = {.count = 0};
+    for (int i = 0; i < count; i++)
+        eye[i] = v->eye;
+    cal_mesh_meet_all(hit, v->sample->mesh, eye, ray, count);
+    for (int i = 0; i < count; i++) {
+        if (!(hit[i].s < INFINITY))
+            continue;
+        vec3 point = vec3_add(v->eye, vec3_scale(ray[i], hit[i].s)), n = hit[i].normal;
+        vec3 p = vec3_sub(point, v->sample->center);
+        const double told[6] = {p.x, p.y, p.z, n.x, n.y, n.z};
+        for (int k = 0; k < 6; k++)
+            r->plane[RASTER_POINT + k][at + (size_t)i] = (float)told[k];
+        r->plane[RASTER_HIT][at + (size_t)i] = 1;
+        add_way(&to, v, point, n, i);
     }
-    r->plane[RASTER_HIT][at] = 1;
-    r->plane[RASTER_SHADOWED][at] = in_shadow(v, point, hit.normal) ? 1 : 0;
+    if (to.count > 0)
+        cal_mesh_meet_all(hit, v->sample->mesh, to.from, to.way, to.count);
+    for (int i = 0; i < to.count; i++)
+        r->plane[RASTER_SHADOWED][at + (size_t)to.of[i]] = hit[i].s < to.far[i] ? 1 : 0;
+}
+
+// A strip's photosites [from, to).
+static void look_along(const struct raster *r, const struct viewing *v, int x0, int y, int from,
+                       int to)
+{
+    struct lens_row lens;
+    vec3 ray[MESH_RAYS];
+    rec_lens_row(&lens, v->lens, x0, y);
+    for (int begin = from; begin < to; begin += MESH_RAYS) {
+        const int count = to - begin < MESH_RAYS ? to - begin : MESH_RAYS;
+        for (int i = 0; i < count; i++) {
+            vec3 way = {lens.at[0][begin + i], lens.at[1][begin + i], 1};
+            ray[i] = vec3_normalize(mat3_mul_t(&v->view_from_world, way));
+        }
+        const size_t row = (size_t)(y - r->y0) * (size_t)r->columns;
+        look(r, row + (size_t)(x0 + begin - r->x0), v, ray, count);
+    }
 }
 
 enum status rec_raster_make(struct raster *raster, const struct viewing *v, pixel_box box,
@@ -63,15 +100,9 @@ enum status rec_raster_make(struct raster *raster, const struct viewing *v, pixe
     for (int k = 0; k < RASTER_PLANES; k++)
         r.plane[k] = planes + (size_t)k * cells;
     for (int y = box.y0; y < box.y1; y++)
-        for (int x0 = first * LANES; x0 < box.x1; x0 += LANES) {
-            struct lens_row lens;
-            rec_lens_row(&lens, v->lens, x0, y);
-            for (int x = x0 > box.x0 ? x0 : box.x0; x < x0 + LANES && x < box.x1; x++) {
-                vec3 ray = {lens.at[0][x - x0], lens.at[1][x - x0], 1};
-                ray = vec3_normalize(mat3_mul_t(&v->view_from_world, ray));
-                look(&r, (size_t)(y - r.y0) * (size_t)r.columns + (size_t)(x - r.x0), v, ray);
-            }
-        }
+        for (int x0 = first * LANES; x0 < box.x1; x0 += LANES)
+            look_along(&r, v, x0, y, x0 < box.x0 ? box.x0 - x0 : 0,
+                       box.x1 - x0 < LANES ? box.x1 - x0 : LANES);
     enum status status = rec_raster_spread(&r, v, box, err);
     if (status)
         rec_raster_free(&r);

@@ -65,6 +65,38 @@ static void test_a_fine_mesh_is_nearly_its_sphere(void **state)
     }
 }
 
+// Rays side by side meet what each meets alone; some of them miss, or start on the surface.
+static void test_rays_side_by_side(void **state)
+{
+    const struct mesh *mesh = *state;
+    int met = 0;
+    for (int k = 0; k < 400; k++) {
+        const int count = 1 + k % MESH_RAYS;
+        vec3 origin[MESH_RAYS], direction[MESH_RAYS];
+        mesh_hit hit[MESH_RAYS];
+        for (int i = 0; i < count; i++) {
+            vec3 aim = vec3_add(CENTER, vec3_scale(scattered((k + i) % 500), 1.2 * RADIUS));
+            vec3 eye = vec3_add(CENTER, vec3_scale(scattered((k * 7) % 500), 700));
+            direction[i] = vec3_normalize(vec3_sub(aim, eye));
+            origin[i] = eye;
+            mesh_hit first = cal_mesh_meet(mesh, eye, direction[i]);
+            if (i % 2 && first.s < INFINITY)
+                origin[i] = vec3_add(eye, vec3_scale(direction[i], first.s));
+        }
+        cal_mesh_meet_all(hit, mesh, origin, direction, count);
+        for (int i = 0; i < count; i++) {
+            mesh_hit alone = cal_mesh_meet(mesh, origin[i], direction[i]);
+            assert_int_equal(hit[i].s < INFINITY, alone.s < INFINITY);
+            if (!(alone.s < INFINITY))
+                continue;
+            assert_near(hit[i].s, alone.s, 1e-6 * RADIUS);
+            assert_near(vec3_length(vec3_sub(hit[i].normal, alone.normal)), 0, 1e-6);
+            met++;
+        }
+    }
+    assert_true(met > 1000);
+}
+
 static void test_rays_that_miss(void **state)
 {
     const struct mesh *mesh = *state;
@@ -156,6 +188,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_fine_mesh_is_nearly_its_sphere),
+        cmocka_unit_test(test_rays_side_by_side),
         cmocka_unit_test(test_rays_that_miss),
         cmocka_unit_test(test_points_are_exact),
         cmocka_unit_test(test_a_file_is_placed),

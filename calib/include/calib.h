@@ -130,6 +130,10 @@ typedef struct {
     vec3 normal;
 } mesh_hit;
 mesh_hit cal_mesh_meet(const struct mesh *mesh, vec3 origin, vec3 direction);
+/** The same of rays beside each other, 1 to MESH_RAYS: faster. */
+enum { MESH_RAYS = 16 };
+void cal_mesh_meet_all(mesh_hit *hit, const struct mesh *mesh, const vec3 *origin,
+                       const vec3 *direction, int count);
 
 /** The sample, placed. Of a mesh, radius and center are those of a ball about it. */
 struct sample {
