@@ -51,7 +51,8 @@ WIDE static void take_centers(struct strip *restrict s, struct looks *restrict l
         look->dark[i] = cos_i > 0 ? 0 : 1.0F;
         look->dusk[i] = look->shadowed[i] = 0;
         // Towards the eye 1/cos_o^2 times as much as across (but 100): the mean, h lies anywhere.
-        s->spread[0][i] = s->spread[1][i] = (float)(step2 / 24 * (1 + 1 / (cos2_o + 0.01)));
+        float mean = 1 + 1 / ((float)cos2_o + 0.01F);
+        s->spread[0][i] = s->spread[1][i] = (float)step2 / 24 * mean;
         s->wo.x[i] = (float)-e->ray.x[i];
         s->wo.y[i] = (float)-e->ray.y[i];
         s->wo.z[i] = (float)-e->ray.z[i];
@@ -268,16 +269,17 @@ WIDE static void take_hits(struct strip *restrict s, struct ray_ends *restrict c
 // one in its middle, and cos(a + b) >= cos a - b.
 static lane_span near_sample(const struct lens_row *lens, const struct viewing *v, lane_span span)
 {
-    float near[LANES] = {0};
+    lane_span near = {LANES, 0};
     for (int begin = span.first; begin < span.end; begin += BLOCK) {
         const int middle = begin + BLOCK / 2, last = begin + BLOCK - 1;
         vec3 ray = {lens->at[0][middle], lens->at[1][middle], 1};
         double dx = lens->at[0][last] - lens->at[0][begin];
         double dy = lens->at[1][last] - lens->at[1][begin], length = sqrt(dx * dx + dy * dy);
         bool may = vec3_dot(ray, v->to_sample) >= (v->cos_bound - length) * vec3_length(ray);
-        near[begin] = may ? 1 : 0;
+        near.first = may && begin < near.first ? begin : near.first;
+        near.end = may ? begin + BLOCK : near.end;
     }
-    return rec_lanes_marked(near);
+    return near.end > 0 ? near : (lane_span){0, 0};
 }
 
 // The rays through the photosites' centres; false: none meets the sample.
@@ -301,7 +303,8 @@ static bool begin(struct strip *s, struct pencil *p, struct ray_ends *center)
 static void take_disc(struct strip *s, const struct viewing *v, const double *cos_i)
 {
     const double radius = v->lamp->radius;
-    memset(s->disc, 0, sizeof s->disc);
+    FOR_LANES (i, s->use)
+        s->disc[i] = 0;
     for (int i = s->use.first; i < s->use.end && radius > 0; i++) {
         double sine = radius / (double)s->distance[i];
         s->disc[i] = (float)(sine * sine / 4);

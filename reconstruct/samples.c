@@ -69,16 +69,35 @@ struct columns {
     float value[LANES + 2], variance[LANES + 2], count[LANES + 2];
 };
 
-// `count` numbers, the first of which goes to [first].
-WIDE static void add_row(struct rows *restrict to, const float *restrict value,
-                         const float *restrict variance, int first, int count)
+/** Three rows of the map. most: the largest variance that tells, -1 where there is no such row. */
+struct three_rows {
+    const float *value[3], *variance[3];
+    float most[3];
+};
+
+static inline void add_number(float sum[3], float x, float variance, float most)
 {
+    bool tells = (x <= FLT_MAX) & (x >= -FLT_MAX) & (variance <= most);
+    sum[0] += tells ? x : 0;
+    sum[1] += tells ? variance : 0;
+    sum[2] += tells ? 1 : 0;
+}
+
+// `count` numbers, the first of which goes to [first].
+WIDE static void add_rows(struct rows *restrict to, const struct three_rows *of, int first,
+                          int count)
+{
+    const float *x0 = of->value[0], *x1 = of->value[1], *x2 = of->value[2];
+    const float *v0 = of->variance[0], *v1 = of->variance[1], *v2 = of->variance[2];
+    const float m0 = of->most[0], m1 = of->most[1], m2 = of->most[2];
     for (int k = 0; k < count; k++) {
-        float x = value[k], v = variance[k];
-        bool tells = (x <= FLT_MAX) & (x >= -FLT_MAX) & (v <= FLT_MAX);
-        to->value[first + k] += tells ? x : 0;
-        to->variance[first + k] += tells ? v : 0;
-        to->count[first + k] += tells ? 1 : 0;
+        float sum[3] = {0};
+        add_number(sum, x0[k], v0[k], m0);
+        add_number(sum, x1[k], v1[k], m1);
+        add_number(sum, x2[k], v2[k], m2);
+        to->value[first + k] = sum[0];
+        to->variance[first + k] = sum[1];
+        to->count[first + k] = sum[2];
     }
 }
 
@@ -93,6 +112,19 @@ WIDE static void add_channels(struct columns *restrict to, const struct rows *re
     }
 }
 
+// What the next strip reads of the row below is on its way meanwhile.
+static void ask_for_next(const struct strip *s, const struct radiance *map)
+{
+    enum { CACHE_LINE = 64 / sizeof(float) };
+    const size_t at = (size_t)(s->y + 1) * (size_t)map->width + (size_t)(s->x0 + LANES);
+    if (at + LANES > (size_t)map->width * (size_t)map->height)
+        return;
+    for (size_t k = 3 * at; k < 3 * (at + LANES); k += CACHE_LINE) {
+        __builtin_prefetch(map->value + k);
+        __builtin_prefetch(map->variance + k);
+    }
+}
+
 // Lanes in use, and one more each way, as far as there are.
 static void look_about(struct columns *around, const struct strip *s, const struct radiance *map)
 {
@@ -100,12 +132,22 @@ static void look_about(struct columns *around, const struct strip *s, const stru
     const int x0 = left > 0 ? left : 0, x1 = s->x0 + end - 1;
     const int count = 3 * ((x1 < map->width ? x1 : map->width) - x0);
     struct rows rows;
-    for (int k = 3 * first; k < 3 * end; k++)
-        rows.value[k] = rows.variance[k] = rows.count[k] = 0;
-    for (int y = s->y > 0 ? s->y - 1 : 0; y <= s->y + 1 && y < map->height; y++) {
-        const size_t at = 3 * ((size_t)y * (size_t)map->width + (size_t)x0);
-        add_row(&rows, map->value + at, map->variance + at, 3 * (x0 - s->x0 + 1), count);
+    struct three_rows three;
+    for (int k = 0; k < 3; k++) {
+        const int y = s->y + k - 1;
+        const bool there = y >= 0 && y < map->height;
+        const size_t at = 3 * ((size_t)(there ? y : s->y) * (size_t)map->width + (size_t)x0);
+        three.value[k] = map->value + at;
+        three.variance[k] = map->variance + at;
+        three.most[k] = there ? FLT_MAX : -1;
     }
+    ask_for_next(s, map);
+    const int begin = 3 * (x0 - s->x0 + 1);
+    for (int k = 3 * first; k < begin; k++)
+        rows.value[k] = rows.variance[k] = rows.count[k] = 0;
+    add_rows(&rows, &three, begin, count);
+    for (int k = begin + count; k < 3 * end; k++)
+        rows.value[k] = rows.variance[k] = rows.count[k] = 0;
     add_channels(around, &rows, first, end);
 }
 

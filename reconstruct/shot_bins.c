@@ -86,6 +86,8 @@ WIDE static void make_terms(float (*restrict term)[BLOCK], const struct strip *r
             term[T_NOISE + c][k] = s->weight[i] * s->noise[c][i];
             term[T_BOUNCED + c][k] = s->bounced[c][i];
         }
+        for (int t = T_END; t < SHOT_TERMS; t++)
+            term[t][k] = 0;
     }
 }
 
@@ -100,8 +102,7 @@ static void lend_noise(float (*term)[BLOCK], const struct strip *s, int begin)
 
 /** Numbers that are moved as one; they may lie anywhere. */
 typedef float four __attribute__((vector_size(16), aligned(4), may_alias));
-typedef float eight_narrow __attribute__((vector_size(32), aligned(4), may_alias));
-typedef double eight __attribute__((vector_size(64), aligned(8), may_alias));
+typedef double four_wide __attribute__((vector_size(32), aligned(8), may_alias));
 
 // Terms side by side for each lane: 4 x 4 numbers at a time are turned over their diagonal.
 WIDE static void turn_terms(float (*restrict lane)[SHOT_TERMS], const float (*restrict term)[BLOCK])
@@ -124,7 +125,6 @@ WIDE static void turn_terms(float (*restrict lane)[SHOT_TERMS], const float (*re
 static void lane_terms(float (*lane)[SHOT_TERMS], const struct strip *s)
 {
     float term[SHOT_TERMS][BLOCK];
-    memset(term[T_END], 0, (SHOT_TERMS - T_END) * sizeof *term);
     for (int begin = s->use.first; begin < s->use.end; begin += BLOCK) {
         make_terms(term, s, begin);
         lend_noise(term, s, begin);
@@ -141,17 +141,17 @@ static int index_of(struct grid grid, const struct strip *s, int i)
 WIDE static void add_run(double *restrict sum, const float (*restrict term)[SHOT_TERMS],
                          const float *restrict weight, int count)
 {
-    static_assert(SHOT_TERMS == 24, "three times eight");
-    eight a = *(eight *)sum, b = *(eight *)(sum + 8), c = *(eight *)(sum + 16);
-    for (int i = 0; i < count; i++) {
-        double w = (double)weight[i];
-        a += w * __builtin_convertvector(*(const eight_narrow *)term[i], eight);
-        b += w * __builtin_convertvector(*(const eight_narrow *)(term[i] + 8), eight);
-        c += w * __builtin_convertvector(*(const eight_narrow *)(term[i] + 16), eight);
-    }
-    *(eight *)sum = a;
-    *(eight *)(sum + 8) = b;
-    *(eight *)(sum + 16) = c;
+    enum { PARTS = SHOT_TERMS / 4 };
+    static_assert(SHOT_TERMS % 4 == 0, "whole vectors");
+    four_wide part[PARTS];
+    for (int k = 0; k < PARTS; k++)
+        part[k] = *(const four_wide *)(sum + 4 * k);
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < PARTS; k++)
+            part[k] += (double)weight[i]
+                       * __builtin_convertvector(*(const four *)(term[i] + 4 * k), four_wide);
+    for (int k = 0; k < PARTS; k++)
+        *(four_wide *)(sum + 4 * k) = part[k];
 }
 
 /** Lanes beside each other that belong in the same sums. */
