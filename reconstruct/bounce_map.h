@@ -25,7 +25,9 @@ typedef struct {
     vec3 point, normal, wo;
 } sight;
 
-/** The bounced light (of the scene: vignetting not applied) at a photosite. */
+/** The bounced light (of the scene: vignetting not applied) in the middle of a photosite. */
 struct bounced_light rec_bounce_at(struct bounce_map *map, const sight *a, int x, int y);
+/** The same as the photosite sees it: of a ball, the mean over photosite and lens (blur_px). */
+struct bounced_light rec_bounce_seen(struct bounce_map *map, const sight *a, int x, int y);
 
 #endif

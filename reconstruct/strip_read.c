@@ -140,7 +140,7 @@ static void find_bounced_light(struct strip *s, const struct viewing *v)
             continue;
         const sight at = {rec_lane(&s->point, i), rec_lane_wide(&s->normal, i),
                           rec_lane_wide(&s->wo, i)};
-        struct bounced_light light = rec_bounce_at(v->bounce, &at, s->x0 + i, s->y);
+        struct bounced_light light = rec_bounce_seen(v->bounce, &at, s->x0 + i, s->y);
         s->doubt[i] = (float)hypot(v->bounce_scatter, light.doubt);
         for (int c = 0; c < 3; c++)
             s->bounced[c][i] = (float)light.radiance[c];

@@ -179,6 +179,83 @@ static void test_the_edge_of_a_sheet_in_a_narrow_lobe(void **state)
     free_scene(s);
 }
 
+/** The sum at a place of the image. False: the ball is not seen there. */
+static bool sum_at(const struct scene *s, const struct bounce_map *map, double x, double y,
+                   sight *a, double *radiance)
+{
+    const struct viewing *v = map->viewing;
+    const double pixel[2] = {x, y};
+    vec3 ray = mat3_mul_t(&v->view_from_world, cal_ray(&s->camera, pixel));
+    meeting m = rec_meet(v->sample, v->eye, ray);
+    *a = (sight){m.point, m.normal, vec3_scale(ray, -1)};
+    if (!m.hit || vec3_dot(a->normal, a->wo) < 0.05)
+        return false;
+    *radiance = rec_bounce_sum(&map->through, s->calibration.surroundings.glow, CELLS * CELLS,
+                               a->point, a->normal, a->wo)
+                    .radiance[0]
+                * 1.25 * 0.8;
+    return true;
+}
+
+/** The mean of that over a lens's Gaussian and the photosite, by a Gaussian of their variance. */
+static bool mean_at(const struct scene *s, const struct bounce_map *map, int x, int y, double *mean)
+{
+    enum { SIDE = 5 };  // steps of half a sigma: what lies beyond is 1 % of it
+    const double blur = s->view.blur_px, step = 0.5 * sqrt(blur * blur + 1.0 / 12);
+    double sum = 0, weights = 0;
+    for (int j = -SIDE; j <= SIDE; j++)
+        for (int i = -SIDE; i <= SIDE; i++) {
+            double w = exp(-0.125 * (i * i + j * j)), radiance;
+            sight unused;
+            if (!sum_at(s, map, x + i * step, y + j * step, &unused, &radiance))
+                return false;
+            sum += w * radiance;
+            weights += w;
+        }
+    *mean = sum / weights;
+    return true;
+}
+
+// A soft lens mixes what a narrow lobe mirrors of the sheet, brighter and brighter towards the
+// outline: what lies beside a photosite tells most of it.
+static void test_a_photosite_sees_the_mean(void **state)
+{
+    (void)state;
+    struct scene *s = make_scene();
+    const struct brdf glossy = {.model = rec_model_find("ggx"),
+                                .value = {0.02, 0.02, 0.02, 0.1, 1.5}};
+    rec_lookup_free(s->table);
+    s->table = table_of(&glossy);
+    s->view.blur_px = 0.8;
+    for (int c = 0; c < 3; c++)
+        s->lamp.intensity[c] = 1e4;
+    struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
+    struct bounce_map map;
+    double left = 0, all = 0;
+    int compared = 0, differ = 0;
+    v.table = s->table;
+    assert_int_equal(rec_bounce_make(&map, &s->calibration, 0, &v, rec_sample_box(&v), NULL),
+                     STATUS_OK);
+    for (int y = map.box.y0; y < map.box.y1; y += 3)
+        for (int x = map.box.x0; x < map.box.x1; x += 11) {
+            double middle, mean, faint = 1e-3 / CAP_PI * 1e4 / (660.0 * 660.0);
+            sight a;
+            if (!sum_at(s, &map, x, y, &a, &middle) || !mean_at(s, &map, x, y, &mean))
+                continue;
+            double seen = rec_bounce_seen(&map, &a, x, y).radiance[0];
+            assert_near(seen, mean, 0.5 * fabs(middle - mean) + 0.015 * (mean + faint));
+            left += fabs(seen - mean);
+            all += fabs(middle - mean);
+            differ += fabs(middle - mean) > 0.03 * (mean + faint);
+            compared++;
+        }
+    assert_true(compared > 50);
+    assert_true(differ > 5);
+    assert_true(left < 0.2 * all);
+    rec_bounce_free(&map);
+    free_scene(s);
+}
+
 static void test_no_surroundings_no_light(void **state)
 {
     (void)state;
@@ -299,6 +376,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_sheet_lights_a_ball),
         cmocka_unit_test(test_the_edge_of_a_sheet_in_a_narrow_lobe),
+        cmocka_unit_test(test_a_photosite_sees_the_mean),
         cmocka_unit_test(test_no_surroundings_no_light),
         cmocka_unit_test(test_too_much_of_it_is_no_measurement),
         cmocka_unit_test(test_cells_wider_than_the_lobe),
