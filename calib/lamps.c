@@ -137,9 +137,9 @@ static enum status check_patch(const struct calibration *c, const struct facets 
     }
     return any ? STATUS_OK
                : cap_fail(err, STATUS_DATA,
-                          "%s: the white patch is lit and visible in none of the photographs, so "
-                          "no lamp's intensity can be told",
-                          c->lamps == 1 ? c->lamp[0].name : "lamps");
+                          "the white patch is lit and visible in none of the photographs, so no "
+                          "lamp's intensity can be told: lay it where a lamp lights it, and "
+                          "check its place in capture.yaml");
 }
 
 /** One lamp for each light of the capture that has views; view->light becomes its index. */
