@@ -41,19 +41,26 @@ static void free_sample(struct bracket_sample *s)
     *s = (struct bracket_sample){0};
 }
 
+/* An empty sample with room for so many photosites. false: no memory; to be freed all the same. */
+static bool make_room(struct bracket_sample *s, int frames, size_t room, int shot)
+{
+    const size_t n = (size_t)frames;
+    *s = (struct bracket_sample){.frames = frames, .shot = shot};
+    s->time = calloc(n, sizeof *s->time);
+    s->photo = calloc(n, sizeof *s->photo);
+    s->dn = calloc(n, sizeof *s->dn);
+    bool ok = s->time && s->photo && s->dn;
+    for (size_t f = 0; ok && f < n; f++)
+        ok = (s->dn[f] = malloc((room + 1) * sizeof **s->dn)) != NULL;
+    return ok;
+}
+
 static bool make_sample(struct bracket_sample *s, const struct bracket *b, size_t room, int shot)
 {
-    size_t frames = (size_t)b->frames;
-    *s = (struct bracket_sample){.frames = b->frames, .shot = shot};
-    s->time = calloc(frames, sizeof *s->time);
-    s->photo = calloc(frames, sizeof *s->photo);
-    s->dn = calloc(frames, sizeof *s->dn);
-    bool ok = s->time && s->photo && s->dn;
+    bool ok = make_room(s, b->frames, room, shot);
     for (int f = 0; ok && f < b->frames; f++) {
         s->time[f] = b->time[f];
         s->photo[f] = b->photo[f];
-        s->dn[f] = malloc(room * sizeof **s->dn);
-        ok = s->dn[f] != NULL;
     }
     return ok;
 }
@@ -256,18 +263,12 @@ enum status sample_read(struct sample_set *set, const struct capture *capture, i
 
 static bool copy_sample(struct bracket_sample *to, const struct bracket_sample *from)
 {
-    const size_t frames = (size_t)from->frames, n = from->photosites;
-    *to = (struct bracket_sample){.frames = from->frames, .shot = from->shot, .photosites = n};
-    to->time = malloc(frames * sizeof *to->time);
-    to->photo = malloc(frames * sizeof *to->photo);
-    to->dn = calloc(frames, sizeof *to->dn);
-    bool ok = to->time && to->photo && to->dn;
-    for (size_t f = 0; ok && f < frames; f++) {
+    bool ok = make_room(to, from->frames, from->photosites, from->shot);
+    to->photosites = from->photosites;
+    for (int f = 0; ok && f < from->frames; f++) {
         to->time[f] = from->time[f];
         to->photo[f] = from->photo[f];
-        ok = (to->dn[f] = malloc((n + 1) * sizeof **to->dn)) != NULL;
-        if (ok)
-            memcpy(to->dn[f], from->dn[f], n * sizeof **to->dn);
+        memcpy(to->dn[f], from->dn[f], from->photosites * sizeof **to->dn);
     }
     return ok;
 }

@@ -17,6 +17,7 @@ sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import limits
 import round_trip_matrix as M
 from limits import check
+from rendered import render
 
 TRUE = 0.9  # of the vase's file
 
@@ -28,10 +29,7 @@ def main():
     scene["sample"] = dict(M.VASE, scale=TRUE, file=os.path.join(project, "samples", M.VASE["file"]), material=M.PLASTIC)
     with tempfile.TemporaryDirectory() as folder:
         at = lambda name: os.path.join(folder, name)
-        with open(at("scene.yaml"), "w") as f:
-            yaml.safe_dump(scene, f)
-        subprocess.check_call([goniocam, "render", at("scene.yaml"), "-o", at("capture"), "--quiet"],
-                              stdout=subprocess.DEVNULL)
+        render(goniocam, scene, folder)
         with open(at("capture/capture.yaml")) as f:
             capture = yaml.safe_load(f)
         for wrong in 1, 1.14, 0.88, 1.02:

@@ -16,6 +16,7 @@ import yaml
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import limits
 from limits import check
+from rendered import render
 
 
 def intensities(path, load):
@@ -34,10 +35,7 @@ def main():
                       for light in ("lamp", "behind")]
     with tempfile.TemporaryDirectory() as folder:
         at = lambda name: os.path.join(folder, name)
-        with open(at("scene.yaml"), "w") as f:
-            yaml.safe_dump(scene, f)
-        subprocess.check_call([goniocam, "render", at("scene.yaml"), "-o", at("capture"), "--quiet"],
-                              stdout=subprocess.DEVNULL)
+        render(goniocam, scene, folder)
         done = subprocess.run([goniocam, "calibrate", at("capture"), "-o", at("out"), "--quiet"], text=True,
                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         print(done.stderr, end="")

@@ -137,12 +137,9 @@ static void test_a_sheet_lights_a_ball(void **state)
     free_scene(s);
 }
 
-// What a narrow lobe mirrors of the sheet and its edge changes within a few photosites: the map
-// between its nodes is the sum at each photosite, to 1 % of it where an f of 0.1 % reflectance
-// would be seen beside it.
-static void test_the_edge_of_a_sheet_in_a_narrow_lobe(void **state)
+// The same of a glossy ball, whose lobe is narrow, under a lamp of 1e4.
+static struct scene *make_glossy_scene(void)
 {
-    (void)state;
     struct scene *s = make_scene();
     const struct brdf glossy = {.model = rec_model_find("ggx"),
                                 .value = {0.02, 0.02, 0.02, 0.1, 1.5}};
@@ -150,6 +147,16 @@ static void test_the_edge_of_a_sheet_in_a_narrow_lobe(void **state)
     s->table = table_of(&glossy);
     for (int c = 0; c < 3; c++)
         s->lamp.intensity[c] = 1e4;
+    return s;
+}
+
+// What a narrow lobe mirrors of the sheet and its edge changes within a few photosites: the map
+// between its nodes is the sum at each photosite, to 1 % of it where an f of 0.1 % reflectance
+// would be seen beside it.
+static void test_the_edge_of_a_sheet_in_a_narrow_lobe(void **state)
+{
+    (void)state;
+    struct scene *s = make_glossy_scene();
     struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
     struct bounce_map map;
     int compared = 0;
@@ -221,14 +228,8 @@ static bool mean_at(const struct scene *s, const struct bounce_map *map, int x, 
 static void test_a_photosite_sees_the_mean(void **state)
 {
     (void)state;
-    struct scene *s = make_scene();
-    const struct brdf glossy = {.model = rec_model_find("ggx"),
-                                .value = {0.02, 0.02, 0.02, 0.1, 1.5}};
-    rec_lookup_free(s->table);
-    s->table = table_of(&glossy);
+    struct scene *s = make_glossy_scene();
     s->view.blur_px = 0.8;
-    for (int c = 0; c < 3; c++)
-        s->lamp.intensity[c] = 1e4;
     struct viewing v = rec_viewing(&s->calibration, 0, &s->lens, NULL);
     struct bounce_map map;
     double left = 0, all = 0;

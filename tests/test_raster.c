@@ -99,22 +99,42 @@ static void see_as_mesh(struct scene *s, struct mesh *mesh, int chroma, struct v
     v->raster = raster;
 }
 
+/** A fine mesh of a ball, and the ball, seen alike. */
+struct pair {
+    struct scene s, t;
+    struct raster raster;
+    struct viewing of_ball, of_mesh;
+};
+
+static void begin_pair(struct pair *p, int chroma)
+{
+    p->raster = (struct raster){0};
+    begin_scene(&p->s);
+    begin_scene(&p->t);
+    p->of_ball = rec_viewing(&p->s.calibration, 0, &p->s.lens, NULL);
+    p->of_ball.chroma[0] = p->of_ball.chroma[1] = chroma;
+    see_as_mesh(&p->t, ball(false), chroma, &p->of_mesh, &p->raster);
+}
+
+static void end_pair(struct pair *p)
+{
+    rec_raster_free(&p->raster);
+    cal_mesh_free(p->t.calibration.sample.mesh);
+    rec_lens_free(&p->s.lens);
+    rec_lens_free(&p->t.lens);
+}
+
 // Directions as a ball's to the size of a facet, which smooth normals make second order; spreads
 // and curvature to a few per cent away from the outline.
 static void test_a_fine_mesh_is_measured_as_its_ball(void **state)
 {
     (void)state;
-    struct scene s, t;
-    struct raster raster = {0};
-    struct viewing of_mesh;
-    begin_scene(&s);
-    begin_scene(&t);
-    struct viewing of_ball = rec_viewing(&s.calibration, 0, &s.lens, NULL);
-    see_as_mesh(&t, ball(false), 0, &of_mesh, &raster);
+    struct pair p;
+    begin_pair(&p, 0);
     int used = 0, alike = 0;
     for (int y = 0; y < 200; y++)
         for (int x0 = 0; x0 < 300; x0 += LANES) {
-            struct strip a = strip_of(&of_ball, x0, y), b = strip_of(&of_mesh, x0, y);
+            struct strip a = strip_of(&p.of_ball, x0, y), b = strip_of(&p.of_mesh, x0, y);
             for (int i = 0; i < LANES && x0 + i < 300; i++) {
                 alike += a.fate[i] == b.fate[i];
                 if (a.fate[i] != FATE_USED || b.fate[i] != FATE_USED)
@@ -132,10 +152,7 @@ static void test_a_fine_mesh_is_measured_as_its_ball(void **state)
         }
     assert_true(used > 10000);
     assert_true(alike > 300 * 200 - 3 * 2 * CAP_PI * 94);  // but for a ring at the outline
-    rec_raster_free(&raster);
-    cal_mesh_free(t.calibration.sample.mesh);
-    rec_lens_free(&s.lens);
-    rec_lens_free(&t.lens);
+    end_pair(&p);
 }
 
 // Photosites that share their colour by four (JPEG 4:2:0) have a part of what lies up to 2.5 px
@@ -144,18 +161,12 @@ static void test_a_fine_mesh_is_measured_as_its_ball(void **state)
 static void test_shared_colour_keeps_off_edges(void **state)
 {
     (void)state;
-    struct scene s, t;
-    struct raster raster = {0};
-    struct viewing of_mesh;
-    begin_scene(&s);
-    begin_scene(&t);
-    struct viewing of_ball = rec_viewing(&s.calibration, 0, &s.lens, NULL);
-    of_ball.chroma[0] = of_ball.chroma[1] = 2;
-    see_as_mesh(&t, ball(false), 2, &of_mesh, &raster);
+    struct pair p;
+    begin_pair(&p, 2);
     int used = 0, mixed = 0, lost = 0;
     for (int y = 0; y < 200; y++)
         for (int x0 = 0; x0 < 300; x0 += LANES) {
-            struct strip a = strip_of(&of_ball, x0, y), b = strip_of(&of_mesh, x0, y);
+            struct strip a = strip_of(&p.of_ball, x0, y), b = strip_of(&p.of_mesh, x0, y);
             for (int i = 0; i < LANES && x0 + i < 300; i++) {
                 used += b.fate[i] == FATE_USED;
                 mixed += b.fate[i] == FATE_USED && a.fate[i] != FATE_USED;
@@ -165,10 +176,7 @@ static void test_shared_colour_keeps_off_edges(void **state)
     assert_true(used > 9000);
     assert_true(mixed < 0.3 * 2 * CAP_PI * 94);
     assert_true(lost < 1.5 * 2 * CAP_PI * 94);
-    rec_raster_free(&raster);
-    cal_mesh_free(t.calibration.sample.mesh);
-    rec_lens_free(&s.lens);
-    rec_lens_free(&t.lens);
+    end_pair(&p);
 }
 
 // The plate's shadow on the ball is (8 mm)^2 seen from the lamp, a little less for the lamp's
